@@ -62,7 +62,7 @@ def over_mjx(model: mujoco.MjModel, draws: Draws | None = None) -> Advance:
     """Return the period over MJX.
 
     Args:
-        model: a compiled `train.scene`.
+        model: a compiled `train.simulator`.
         draws: randomised fields, one model for each member of the batch; None gives all the same model.
     """
     device = mjx.put_model(model)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel, Joint
-from train.scene import tip_geoms
+from train.simulator import tip_geoms
 
 Rule = Literal["set", "shift", "scale"]
 Index = tuple[Any, ...]
@@ -63,7 +63,7 @@ TIP_FRICTION = (0.5, 1.0)
 
 
 def table(model: mujoco.MjModel) -> tuple[RandomRow, ...]:
-    """Return the paper's table with the elements of `model`, a compiled `train.scene`."""
+    """Return the paper's table with the elements of `model`, a compiled `train.simulator`."""
     cube = model.body("cube").id
     joints = np.arange(len(Joint))
     links = np.array([body for body in range(model.nbody) if _is_link(model, body)])

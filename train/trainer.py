@@ -45,8 +45,7 @@ from train.run_state import (
     read_standing,
     save_arrays,
 )
-from train.scene import build_scene
-from train.simulator import Simulator, StopCheck
+from train.simulator import Simulator, StopCheck, build_scene
 from train.task import SENSOR_COUNT
 
 # A callback into MuJoCo would wait for the thread that it blocks. Holds only if set before JAX makes its CPU client.

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from model.units.plausible import plausible_unit
 from train.hand_stock import HandStock, oldest, present
 from train.recipe import STEADY
-from train.scene import build_scene
+from train.simulator import build_scene
 
 MODEL = build_scene().compile()
 

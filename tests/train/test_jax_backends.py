@@ -19,8 +19,11 @@ from train import actuation, randomise  # noqa: E402
 from train.convert import convert  # noqa: E402
 from train.environment import CubeEnvironment, Prices, native, over_mjx, prepare_starts  # noqa: E402
 from train.ppo import deployable  # noqa: E402
-from train.scene import build_scene  # noqa: E402
-from train.simulator import Simulator, positions  # noqa: E402
+from train.simulator import (  # noqa: E402
+    Simulator,
+    build_scene,
+    positions,
+)
 from train.task import (  # noqa: E402  # noqa: E402  # noqa: E402
     PAPER_RESET,
     SENSOR_COUNT,

@@ -12,7 +12,7 @@ from model.scene import Cube
 from train import randomise
 from train.actuation import DRAWS, IDEAL
 from train.recipe import PAPER, on_gpu
-from train.scene import build_scene
+from train.simulator import build_scene
 from train.task import (
     CUBE_CENTRE,
     PAPER_RESET,

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from train import randomise
-from train.scene import build_scene
+from train.simulator import build_scene
 
 DRAWS = 10_000
 

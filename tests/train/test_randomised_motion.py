@@ -11,8 +11,7 @@ from aero.channels import JOINT_BOX_RAD
 from aero.policy.settings import PAPER_TRAINING
 from model.scene import CUBE, OFF_CENTRE_M, RANGES, Cube
 from train import randomise
-from train.scene import build_scene, tip_geoms
-from train.simulator import Simulator, positions, velocities
+from train.simulator import Simulator, build_scene, positions, tip_geoms, velocities
 from train.task import NOMINAL_RESET, draw_starts
 
 TORQUE_LIMIT = 0.5

@@ -4,8 +4,7 @@ import pytest
 
 from aero.policy.settings import PAPER_TRAINING
 from train import actuation, randomise
-from train.scene import build_scene
-from train.simulator import Simulator, positions, velocities
+from train.simulator import Simulator, build_scene, positions, velocities
 from train.task import PAPER_RESET, SENSOR_COUNT, SENSOR_SIZES, draw_starts, unpack
 
 NOMINAL = np.array(PAPER_TRAINING.nominal)

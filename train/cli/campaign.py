@@ -25,11 +25,10 @@ from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
 from model.units.conditions import KINDS
-from train.campaign.conduct import check_address, cluster, conduct
 from train.campaign.store import NAME, Store, missing, opened
 from train.campaign.summary import flagged, render_campaign
-from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, healthy_hands
-from train.workers import usable_cores, worker_processes
+from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, healthy_hands, perform
+from train.workers import check_address, cluster, conduct, usable_cores, worker_processes
 
 MOST = 1_000_000
 """Hands of one kind in a campaign, more than any machine validates."""
@@ -137,7 +136,7 @@ def run_trials(console: Console, trials: Sequence[Trial], store: Store, workers:
             bar.update(task, completed=done, description=f"{done} of {len(left)} runs")
 
         try:
-            conduct(left, workers, keep)
+            conduct(left, perform, workers, keep)
         finally:
             if (still := len(missing(trials, store.keys()))) > 0:
                 console.print(f"{still} of {len(trials)} runs are left; the same command with --out {folder} continues")

@@ -17,8 +17,7 @@ from train.actuation import BUS, ActuationRanges
 from train.evaluation.rollouts import Episodes, run, task_of
 from train.hand_stock import HandStock
 from train.recipe import TrainingStage
-from train.scene import build_scene
-from train.simulator import Simulator
+from train.simulator import Simulator, build_scene
 from train.task import NOMINAL_RESET, Task
 
 SERVO_LAG_S = 0.025

@@ -8,9 +8,8 @@ from collections import Counter
 
 import pytest
 
-from train.campaign.conduct import cluster, conduct
 from train.campaign.trial import Trial, perform
-from train.workers import worker_processes
+from train.workers import cluster, conduct, worker_processes
 
 TRIALS = [Trial(f"plausible:{seed}", seed=seed, homed=False, experiments=("presence",)) for seed in range(4)]
 
@@ -34,7 +33,7 @@ def test_a_worker_that_is_killed_loses_nothing(expected):
                 with contextlib.suppress(ProcessLookupError):
                     os.kill(child.pid, signal.SIGKILL)
 
-    conduct(TRIALS, lambda: worker_processes(1), on_outcome)
+    conduct(TRIALS, perform, lambda: worker_processes(1), on_outcome)
     assert Counter(outcome.trial for outcome in came) == Counter(TRIALS)
     assert numbers(came) == expected
 
@@ -46,7 +45,7 @@ def test_a_cluster_gives_the_same_numbers(expected):
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
     ) as local:
-        conduct(TRIALS, lambda: cluster(local.scheduler_address), came.append)
+        conduct(TRIALS, perform, lambda: cluster(local.scheduler_address), came.append)
     assert numbers(came) == expected
 
 
@@ -57,4 +56,4 @@ def test_a_scheduler_that_does_not_answer_is_named():
 
 def test_what_does_not_exist_is_refused():
     with pytest.raises(ValueError, match="no unit 'wooden'"):
-        conduct([Trial("wooden")], lambda: worker_processes(1), print)
+        conduct([Trial("wooden")], perform, lambda: worker_processes(1), print)

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 from damaged_files import damaged
 
 from hil.cli import main
-from train.campaign.conduct import NoSchedulerError, check_address
 from train.campaign.store import NAME, StoreError, opened
+from train.workers import NoSchedulerError, check_address
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,9 @@
 
 import pytest
 
-from train.campaign.conduct import conduct
 from train.campaign.summary import flagged
-from train.campaign.trial import faulty_hands, healthy_hands
-from train.workers import usable_cores, worker_processes
+from train.campaign.trial import faulty_hands, healthy_hands, perform
+from train.workers import conduct, usable_cores, worker_processes
 
 FIRST_HEALTHY, FIRST_FAULTY = 900_000, 910_000
 """Seeds that the limits do not know."""
@@ -37,7 +36,7 @@ FAULTS = (
 def test_the_healthy_pass_and_the_faulty_do_not():
     trials = healthy_hands(FIRST_HEALTHY, 10) + faulty_hands(FAULTS, FIRST_FAULTY, 1)
     outcomes = []
-    conduct(trials, lambda: worker_processes(usable_cores()), outcomes.append)
+    conduct(trials, perform, lambda: worker_processes(usable_cores()), outcomes.append)
     assert len(outcomes) == len(trials)
     missed = [outcome.trial.key for outcome in outcomes if outcome.trial.faults and not flagged(outcome)]
     assert missed == []

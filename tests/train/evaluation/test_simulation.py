@@ -7,8 +7,7 @@ from policies import holding, policy
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from train.evaluation.rollouts import run, task_of
 from train.evaluation.simulation import BUILT, beside_a_deployment, conditions, measure
-from train.scene import build_scene
-from train.simulator import Simulator
+from train.simulator import Simulator, build_scene
 
 BATCH = 4
 
