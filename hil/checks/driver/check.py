@@ -112,7 +112,10 @@ def _mapped(recording: Recording) -> Iterator[tuple[str, Floats]]:
     if header.map != MAP:
         return
     if {"command", "command_codes"} <= series.keys():
-        yield "mapped", series["command_codes"].values - codes_of_lengths(series["command"].values, header.window)
+        # A link that ends while a command is answered leaves its code without its length.
+        lengths = series["command"].values
+        codes = series["command_codes"].values[: len(lengths)]
+        yield "mapped", codes - codes_of_lengths(lengths, header.window)
     if {"hand", "codes"} <= series.keys():
         lengths = lengths_of_codes(series["codes"].values, header.window)
         yield "mapped_back", 1e3 * (series["hand"].values - lengths)

@@ -66,6 +66,13 @@ def changed(name, values):
     )
 
 
+def test_a_command_whose_answer_never_came_is_compared_no_more():
+    """A run that the link ended was no verdict but an error."""
+    lengths = independent_map.lengths_of_codes(np.array([CODES], float), HEADER.window)
+    recorded = {**good().series, "command": series("m", (0.12, lengths[0]))}
+    assert driver.measure(replace(good(), series=recorded))["ring"]["mapped"] == pytest.approx(0.0, abs=1.0)
+
+
 def test_a_command_from_before_the_oldest_bytes_of_a_log_that_forgets_is_not_missed():
     assert driver.measure(replace(good(), wire=good().wire[3:]))["hand"]["unsent"] == 0.0
     assert driver.measure(replace(good(), wire=(*good().wire[:2], *good().wire[3:])))["hand"]["unsent"] == 1.0
