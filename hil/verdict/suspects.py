@@ -61,10 +61,10 @@ PULLS = ("excursion/stop_current", "staircase/spring", "staircase/spring_shape",
 """Readings of how much a servo pulls."""
 CURRENTS = (*PULLS, "staircase/friction", "audit/pull")
 """Readings in ampere."""
-OPPOSED = -8.0
+OPPOSED = -6.0
 """Excess of a current below which it has the other sign: one that is zero is less far off."""
-UNLOADED = -5.0
-"""Excess of a load against the springs below which there is none."""
+UNLOADED = -2.2
+"""Excess of a load against the springs from which on there is none, by the limits as they are."""
 MOVED = "audit/others_moved"
 OF_THE_LINK = ("session/", "presence/", "driver/", "run/")
 THUMB = frozenset({Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR})
