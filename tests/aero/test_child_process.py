@@ -82,7 +82,8 @@ def test_a_child_that_ends_with_its_input_reads_the_last_words():
 
 
 def test_an_interrupted_wait_leaves_no_child():
-    process = child(f"import os, signal; os.kill({os.getpid()}, signal.SIGINT);" + SLEEP)
+    # The second is for this process, which on a busy machine may not be at its wait when the child begins.
+    process = child(f"import os, signal, time; time.sleep(1.0); os.kill({os.getpid()}, signal.SIGINT);" + SLEEP)
     with pytest.raises(KeyboardInterrupt):
         process.wait_ready(30.0)
     gone(process)
