@@ -9,6 +9,7 @@ from random import Random
 from statistics import median
 from typing import NamedTuple
 
+from more_strangers import MORE
 from owner import Played, play
 from strangers import STRANGERS
 
@@ -18,7 +19,7 @@ from hil.faults.fault import Fault, Injection
 from model.geometry import Side
 
 SEED = 440_000
-"""Of the first hand; each case has a hand of its own."""
+"""Of what is drawn."""
 DRAWN, PAIRS, HEALTHY = 46, 8, 10
 WORKERS = 2
 SIDES: tuple[Side, ...] = ("right", "left")
@@ -28,6 +29,8 @@ class PlayedSet(NamedTuple):
     """A row of the table."""
 
     name: str
+    first_seed: int
+    """Of the first hand; each case has a hand of its own."""
     faults: Sequence[Sequence[Injection]]
 
 
@@ -42,10 +45,11 @@ def sets() -> tuple[PlayedSet, ...]:
     catalogue = [drawn(fault) for fault in random.sample(list(CATALOGUE.values()), DRAWN)]
     at_once = [(catalogue[2 * i], catalogue[2 * i + 1]) for i in range(PAIRS)]
     return (
-        PlayedSet("faults of the catalogue", [(one,) for one in catalogue]),
-        PlayedSet("faults that no rule was written for", [(_injected(one),) for one in STRANGERS]),
-        PlayedSet("two faults at once", at_once),
-        PlayedSet("none", [()] * HEALTHY),
+        PlayedSet("faults of the catalogue", 440_000, [(one,) for one in catalogue]),
+        PlayedSet("strangers, by which rules were mended", 440_100, [(_injected(one),) for one in STRANGERS]),
+        PlayedSet("strangers that no rule has seen", 451_000, [(one,) for one in MORE]),
+        PlayedSet("two faults at once", 440_200, at_once),
+        PlayedSet("none", 440_300, [()] * HEALTHY),
     )
 
 
@@ -58,7 +62,7 @@ ALL = sets()
 
 def _played(at: tuple[int, int]) -> Played:
     row, number = at
-    seed = SEED + 100 * row + number
+    seed = ALL[row].first_seed + number
     return play(
         ALL[row].faults[number],
         f"plausible:{seed}",
