@@ -53,3 +53,13 @@ def test_a_mended_hand_shows_it_no_more():
         outcome, run = rerun(target, case, Proposal(steps()["home"]))
     assert outcome is StepOutcome.GONE
     assert run.passed
+
+
+def test_a_hand_that_the_guard_does_not_let_home_fails_again():
+    """It ended the case once: a finger whose motor was dead stood where homing had found it."""
+    with open_target(guarded=True, faults=[parse_fault("motor_runaway:ring")]) as target:
+        case = validate(target, GENTLE).diagnosis.case
+    with open_target(guarded=True, faults=[parse_fault("motor_runaway:ring")]) as target:
+        outcome, run = rerun(target, case, Proposal(steps()["home"]))
+    assert outcome is StepOutcome.STAYS
+    assert not run.passed
