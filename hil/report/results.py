@@ -111,6 +111,7 @@ def diagnosis_json(validation: Validation) -> dict[str, object]:
             for suspect, weight in found.suspects.items()
         ],
         "clues": list(found.clues),
+        "observations": list(found.observations),
         "evidence": [finding.sentence for finding in found.evidence],
         "unexplained": [finding.sentence for finding in found.unexplained],
         "step": None if found.step is None else dataclasses.asdict(found.step),

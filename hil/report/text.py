@@ -57,6 +57,8 @@ def _lines(validation: Validation) -> Iterator[tuple[str, str]]:
         yield "when", since
     if diagnosis.sentence:
         yield "what", diagnosis.sentence
+    for observed in diagnosis.observations:
+        yield "observed", f"{observed}."
     if diagnosis.step:
         yield "do this", diagnosis.step.do
         if diagnosis.step.command:

@@ -41,6 +41,8 @@ class Diagnosis:
     """The case that the run opens; None where nothing tells about a part."""
     step: NextStep | None = None
     """The step that says most for its minutes, or what else to do; None when nothing failed."""
+    observations: tuple[str, ...] = ()
+    """What the curves of the suspected channels show besides, sentences without a full stop; none names a cause."""
 
     @property
     def leading(self) -> tuple[Suspect, ...]:

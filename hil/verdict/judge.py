@@ -15,7 +15,7 @@ from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import Experiment, Measuring, reading
 from hil.checks.shared.lateness import LATE_S, OFTEN, THROUGHOUT, VERY_LATE_S, held_up, longest, part_late
 from hil.checks.shared.signals import find_steps, own_stretch
-from hil.checks.shared.subjects import CHANNELS
+from hil.checks.shared.subjects import CHANNELS, subject_words
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import Target
@@ -26,6 +26,7 @@ from hil.verdict.findings import Finding, Why, Withheld, failed
 from hil.verdict.firmware_version import reads_as
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Key, Limit, compare, load_limits
+from hil.verdict.observations import observations
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
 from hil.verdict.suspects import Clue, RunSigns, clues, suspected
@@ -236,9 +237,15 @@ def _told(run: Validation, case: DiagnosisCase, found: Sequence[Clue]) -> Diagno
         return (finding.experiment, finding.check, finding.subject) in accounted or finding == run.end.finding
 
     off, proposal = failed(run.findings), case.next_step
+    recordings = {name: result.recording for name, result in run.results.items()}
     return replace(
         bare,
         clues=tuple(dict.fromkeys(clue.seen for clue in speaking)),
+        observations=tuple(
+            f"{(words := subject_words(channel.label))[0].upper()}{words[1:]}: {seen}"
+            for channel in bare.channels
+            for seen in observations(recordings, channel)
+        ),
         evidence=tuple(finding for finding in off if speaks(finding)),
         unexplained=tuple(finding for finding in off if not speaks(finding)),
         case=case,

@@ -37,6 +37,7 @@ def broken(validated):
     diagnosis = Diagnosis(
         {Suspect(Part.DIGIT, Channel.RING): 1.0}, ("the ring is off",),
         (spoken,), (other,), step=NextStep("Pull at the cable.", "aero-hil validate"),
+        observations=("Ring: it draws 3.0 times the other fingers' current",),
     )  # fmt: skip
     return replace(run, diagnosis=diagnosis)
 
@@ -45,7 +46,7 @@ def broken(validated):
 def test_a_failed_run_says_verdict_and_place_then_evidence_test_and_other_findings(broken, width):
     said = " ".join(printed(broken, width).split())
     order = (
-        "Out of limits: ring finger", "The ring is off. Suspected: digit",
+        "Out of limits: ring finger", "The ring is off. Suspected: digit", "observed Ring: it draws",
         "do this Pull at the cable.", "aero-hil validate",
         "evidence Ring finger", "other Ring finger", "presence", "out of limits: ring finger; 2 of ",
     )  # fmt: skip
