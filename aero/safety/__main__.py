@@ -47,7 +47,7 @@ def main(port: str, settings: str) -> None:
         settable=asked["settable"],
     )
     if doubt is not None:
-        sys.exit(f"{port}: the program that moved the hand has ended without opening it. {SWITCH_OFF}, because {doubt}")
+        sys.exit(f"{port}: the program has ended, and the hand may not be open. {SWITCH_OFF}, because {doubt}")
 
 
 def open_what_was_left(

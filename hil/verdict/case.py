@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from aero.channels import Channel
@@ -67,6 +67,8 @@ class DiagnosisCase:
     """How likely each is by the run alone; they sum to 1."""
     experiments: tuple[str, ...] = ()
     """What shows the failure, in the order in which it is run."""
+    ran: tuple[str, ...] = ()
+    """All that was run before."""
     done: tuple[Done, ...] = ()
 
     @property
@@ -78,10 +80,9 @@ class DiagnosisCase:
                 weights[suspect] *= one.proposal.step.likelihood(one.outcome, suspect, one.proposal.at)
         return _normalised(weights)
 
-    @property
-    def shown(self) -> Failures:
-        """What failed in the experiments that are run again."""
-        again = {*self.experiments, ALIKE.name, WHOLE_RUN.name, DRIVER.name, RUN}
+    def failed_in(self, experiments: Iterable[str]) -> Failures:
+        """Return what failed in some experiments and in the run as a whole."""
+        again = {*experiments, ALIKE.name, WHOLE_RUN.name, DRIVER.name, RUN}
         return Failures({key: excess for key, excess in self.before.off.items() if key[0] in again})
 
     @property

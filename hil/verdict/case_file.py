@@ -58,6 +58,7 @@ def table_of(case: DiagnosisCase, hand: HandOfCase) -> dict[str, Any]:
         "firmware": hand.firmware,
         "side": hand.side,
         "experiments": list(case.experiments),
+        "ran": list(case.ran),
         "failed": [[*key, excess] for key, excess in case.before.off.items()],
         "suspects": [[one.part.name, _label(one.channel), likely] for one, likely in case.suspects.items()],
         "steps": [
@@ -79,13 +80,14 @@ def case_of(table: Any) -> tuple[DiagnosisCase, HandOfCase]:
     Raises:
         ValueError, KeyError, TypeError, AttributeError: a table is not as `table_of` makes it.
     """
-    experiments = tuple(table["experiments"])
-    if not set(experiments) <= EXPERIMENTS.keys():
-        raise ValueError(f"unknown experiments {experiments}")
+    experiments, ran = tuple(table["experiments"]), tuple(table["ran"])
+    if not {*experiments, *ran} <= EXPERIMENTS.keys():
+        raise ValueError(f"unknown experiments {experiments} of {ran}")
     case = DiagnosisCase(
         Failures({(str(e), str(m), str(on)): float(excess) for e, m, on, excess in table["failed"]}),
         {Suspect(Part[part], _channel(on)): float(likely) for part, on, likely in table["suspects"]},
         experiments,
+        ran,
         tuple(
             Done(
                 Proposal(steps()[row["step"]], _channel(row["at"]), _channel(row["beside"])),

@@ -134,8 +134,8 @@ class Judge:
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
         signs = self.signs_of(run)
         found = clues(signs)
-        show = that_show(signs.failures, [*run.results, *(cut.header.experiment for cut in run.end.cut)])
-        case = DiagnosisCase(signs.failures, suspected(signs, found), show)
+        ran = (*run.results, *(cut.header.experiment for cut in run.end.cut))
+        case = DiagnosisCase(signs.failures, suspected(signs, found), that_show(signs.failures, ran), ran)
         if not case.suspects:
             # What ended the run says itself what happened.
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))

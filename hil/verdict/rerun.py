@@ -11,7 +11,7 @@ from hil.checks.shared.lateness import VERY_LATE_S
 from hil.recordings.recorder import Progress, silent
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, Proposal, outcome_of
-from hil.verdict.failures import HANDS_FAULT
+from hil.verdict.failures import HANDS_FAULT, Failures
 from hil.verdict.judge import Judge
 from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import SAYS_NOTHING
@@ -40,15 +40,21 @@ def rerun(
         with suppress(SafetyStopError):
             target.begin(stops=list(Channel))
             target.hand.home()
-    run = validate(target, case.experiments or AT_LEAST, folder=folder, from_opening=False, progress=progress)
-    return outcome_of_run(Judge.of_target(target), case, proposal, run), run
+    judge, again = Judge.of_target(target), case.experiments or AT_LEAST
+    run = validate(target, again, folder=folder, from_opening=False, progress=progress)
+    outcome = outcome_of_run(judge, case.failed_in(again), proposal, run)
+    if outcome is StepOutcome.GONE and not set(case.ran) <= set(again):
+        # What fails late, warm or by chance passes in a shorter run: gone is what the whole first run does not show.
+        run = validate(target, case.ran, folder=folder, from_opening=False, progress=progress)
+        outcome = outcome_of_run(judge, case.before, proposal, run)
+    return outcome, run
 
 
-def outcome_of_run(judge: Judge, case: DiagnosisCase, proposal: Proposal, run: Validation) -> StepOutcome | None:
-    """Return what became of a failure in a run after a step; None where the run says nothing about the hand."""
+def outcome_of_run(judge: Judge, before: Failures, proposal: Proposal, run: Validation) -> StepOutcome | None:
+    """Return what became of failures in a run after a step; None where the run says nothing about the hand."""
     # A computer that is held up loses replies, too: what fails then is no sign that the step mended nothing.
     # A link that ended was waited for, and holds the program up itself.
     late = any(one.held_up_s > VERY_LATE_S for one in run.withheld)
     if run.end.kind in SAYS_NOTHING or (late and not run.passed and run.end.kind not in HANDS_FAULT):
         return None
-    return outcome_of(case.shown, judge.signs_of(run).failures, proposal)
+    return outcome_of(before, judge.signs_of(run).failures, proposal)

@@ -21,6 +21,7 @@ CASE_OF_RING = DiagnosisCase(
     Failures({("staircase", "friction", "ring"): 3.0}),
     {Suspect(Part.SERVO, Channel.RING): 0.6, Suspect(Part.DIGIT, Channel.RING): 0.3, Suspect(Part.SETUP): 0.1},
     ("staircase",),
+    ("presence", "staircase"),
 )
 MOVED = CASE_OF_RING.after(Proposal(steps()["home"]), StepOutcome.STAYS).after(
     Proposal(steps()["exchange"], Channel.RING, Channel.PINKY), StepOutcome.MOVED, "both have one label"

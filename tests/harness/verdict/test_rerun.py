@@ -1,11 +1,14 @@
 """What a case runs again shows the failure on the same hand; and is gone where the hand was mended."""
 
+from dataclasses import replace
+
 import pytest
 
 from aero.channels import Channel
 from hil.faults import CATALOGUE, FaultNeverFiredError, parse_fault
 from hil.targets.opening import open_target
 from hil.verdict.case import Proposal
+from hil.verdict.failures import FAR, Failures
 from hil.verdict.rerun import rerun
 from hil.verdict.steps import StepOutcome, steps
 from hil.verdict.validation import validate
@@ -44,6 +47,16 @@ def test_what_a_default_run_finds_fails_again(name):
         pytest.skip("nothing came its way")
     assert outcome is StepOutcome.STAYS
     assert not run.passed
+
+
+@pytest.mark.parametrize(("ran", "expected"), [(("presence",), StepOutcome.GONE), (GENTLE, StepOutcome.STAYS)])
+def test_gone_is_what_the_whole_first_run_does_not_show(ran, expected):
+    """A cable that frayed with time passed the shorter run, and homing was believed to have mended it."""
+    with open_target(homed=True, faults=[parse_fault("motor_dead:ring")]) as target:
+        case = validate(target, GENTLE).diagnosis.case
+        failed = Failures({("presence", "round_trip", "hand"): FAR, **case.before.off})
+        outcome, _ = rerun(target, replace(case, before=failed, experiments=("presence",), ran=ran), AGAIN)
+    assert outcome is expected
 
 
 def test_a_mended_hand_shows_it_no_more():
