@@ -128,15 +128,15 @@ def _read(recording: Recording, requests: Sequence[Exchange]) -> Iterator[Floats
     # Once a link has lost, delayed or damaged a reply, which frame a driver takes is its own affair: what counts are
     # requests that were answered as they should be, as all before them and the next ones were.
     disorder = np.flatnonzero(~answered)
-    until = disorder[0] - AHEAD if disorder.size else len(requests)
+    until = max(int(disorder[0]) - AHEAD, 0) if disorder.size else len(requests)
+    until_s = requests[until].t if disorder.size else np.inf
     for name, opcode in READ.items():
         if name in recording.series:
-            asked = np.flatnonzero(answered & (opcodes == opcode))
-            made = [requests[at] for at in asked.tolist()]
-            yield _unlike(recording.series[name], made, opcode, asked < until) / STEP[name]
+            made = [requests[at] for at in np.flatnonzero(answered & (opcodes == opcode)).tolist()]
+            yield _unlike(recording.series[name], made, opcode, until_s) / STEP[name]
 
 
-def _unlike(series: Series, made: Sequence[Exchange], opcode: Opcode, orderly: NDArray[np.bool_]) -> Floats:
+def _unlike(series: Series, made: Sequence[Exchange], opcode: Opcode, until_s: float) -> Floats:
     """Return readings less the reply that is most like them, (n, 7), where the link was in order.
 
     A reading's time is taken before or after it is asked for, and a guard may poll the hand in between. So the reply
@@ -146,7 +146,7 @@ def _unlike(series: Series, made: Sequence[Exchange], opcode: Opcode, orderly: N
         series: readings of a kind.
         made: requests of that kind that were answered.
         opcode: what asks for it.
-        orderly: whether the link was in order when each was made, (n,).
+        until_s: until when the link was in order.
     """
     if not made:
         return _NOTHING
@@ -160,7 +160,10 @@ def _unlike(series: Series, made: Sequence[Exchange], opcode: Opcode, orderly: N
     there &= (either <= last) | (times[either] < np.append(series.times[1:], np.inf) - SAME_TIME_S)
     gaps = series.values - _readings([exchange.received for exchange in made], opcode)[either]
     nearer = np.where(there, np.abs(gaps).sum(axis=2), np.inf).argmin(axis=0)
-    judged = there.any(axis=0) & (orderly[either] | ~there).all(axis=0)
+    # A reading from then on may be of a request that was not answered as it should be.
+    judged = (
+        there.any(axis=0) & (series.times < until_s - SAME_TIME_S) & ((times[either] < until_s) | ~there).all(axis=0)
+    )
     unlike: Floats = gaps[nearer, np.arange(len(nearer))][judged]
     return unlike
 

@@ -200,3 +200,20 @@ def test_the_window_is_that_of_the_board():
     shift = independent_map.window_deg("homed") - independent_map.window_deg("unshifted")
     np.testing.assert_allclose(shift[[4, 5]], [[9.93, 9.93], [-9.93, -9.93]], atol=5e-3)
     assert independent_map.window_deg("mixed")[4][1] == pytest.approx(100.0)
+
+
+def test_a_reading_whose_reply_came_late_is_compared_with_no_other():
+    """A hub that stalled was told as a driver that returns wrong readings: of the late reply's own, the last was left."""
+    late = (
+        *good().wire,
+        *(WireRecord(0.3 + 0.01 * i, "to_hand", frame(0x25, [0] * 7)) for i in range(driver.AHEAD)),
+        *(WireRecord(0.305 + 0.01 * i, "from_hand", frame(0x25, TEMPERATURE_WORDS)) for i in range(driver.AHEAD)),
+        WireRecord(0.5, "to_hand", frame(0x24, [0] * 7)),
+        WireRecord(0.6, "to_hand", frame(0x22, [0] * 7)),
+        WireRecord(0.9, "from_hand", frame(0x24, [1] * 7)),
+        WireRecord(0.9, "from_hand", frame(0x22, IN_WIRE_ORDER)),
+    )
+    late = tuple(sorted(late, key=lambda record: record.t))
+    currents = series("A", (0.14, CURRENTS_A), (0.9, [0.0065] * 7))
+    recording = replace(good(), wire=late, series={**good().series, "currents": currents})
+    assert all(values["read_wrong"] == 0.0 for label, values in driver.measure(recording).items() if label != "hand")
