@@ -4,7 +4,8 @@ import pytest
 
 from aero.protocol import BOOT_TEXT_MARKS
 from hil.checks.session import check as whole_run
-from hil.recordings.recording import Recording
+from hil.recordings.recording import DELAYS, Recording, delay_series
+from hil.targets.delays import Delay, Loop
 from hil.targets.wire_log import WireRecord
 from tests.support.synthetic import HEADER
 
@@ -40,7 +41,7 @@ COUNTED = {
     # Commands (0x11) and what lies beside the four measurements, 0x22 to 0x25, are answered otherwise.
     "only measurements lose a reply": (
         [*((opcode,) for opcode in (0x11, 0x21, 0x22, 0x23, 0x24, 0x25, 0x26)), (0x22, reply(0x22))],
-        {"lost_replies": 80.0},
+        {"lost_replies": 80.0, "stalls": 1.0},
     ),
     "a reply in pieces is one reply": (
         [(0x22, reply(0x22, 7), bytes(9)), (0x25, bytes(15))], {"lost_replies": 50.0, "stray_bytes": 7500.0},
@@ -55,7 +56,7 @@ COUNTED = {
     ),
     "limits that are": ([(0x31, reply(0x31)), (0x32, reply(0x32)), (0x33,)], {}),
 }  # fmt: skip
-NOTHING = {"lost_replies": 0.0, "stray_bytes": 0.0, "restarts": 0.0, "unanswered_limits": 0.0}
+NOTHING = {"lost_replies": 0.0, "stray_bytes": 0.0, "stalls": 0.0, "restarts": 0.0, "unanswered_limits": 0.0}
 
 
 @pytest.mark.parametrize("case", COUNTED)
@@ -67,3 +68,18 @@ def test_what_the_bytes_of_a_session_say_is_counted(case):
 def test_bytes_before_the_first_request_and_a_run_without_any_are_nothing():
     early = Recording(HEADER, {}, (WireRecord(0.0, "from_hand", bytes(5)),))
     assert whole_run.measure(early)["hand"] == NOTHING
+
+
+@pytest.mark.parametrize(("waited_s", "held_up_s", "expected"), [(0.1, 0.0, 0.0), (0.4, 0.0, 1.0), (0.4, 0.3, 0.0)])
+def test_a_link_stands_still_where_nothing_comes_for_long_and_the_computer_was_free(waited_s, held_up_s, expected):
+    """A hub that stalled now and then was not found: each reading that it spoiled was left out."""
+    first, late = bytes([0x22]) + bytes(15), bytes([0x24]) + bytes(15)
+    wire = (
+        WireRecord(1.0, "to_hand", first),
+        WireRecord(1.1, "to_hand", late),
+        WireRecord(1.0 + waited_s, "from_hand", first),
+        WireRecord(1.0 + waited_s, "from_hand", late),
+    )
+    delays = delay_series([Delay(1.35, held_up_s, Loop.PROGRAM)] if held_up_s else [])
+    recording = Recording(HEADER, {} if delays is None else {DELAYS: delays}, wire)
+    assert whole_run.measure(recording)["hand"]["stalls"] == expected
