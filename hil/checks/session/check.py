@@ -5,9 +5,10 @@ It is no experiment of its own: it is measured on the recording of the session t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 
-from aero.protocol import FRAME_SIZE, holds_boot_text
+from aero.protocol import FRAME_SIZE, Opcode, holds_boot_text
 from hil.checks.shared.exchanges import MEASUREMENTS, Exchange, exchanges, lost_replies, surplus_frames
 from hil.checks.shared.experiment import Measured
 from hil.checks.shared.lateness import longest
@@ -15,6 +16,9 @@ from hil.recordings.recording import Recording
 
 LIMIT_REQUESTS = (0x31, 0x32)
 """Opcodes of requests for a speed or a torque limit, which every firmware but `pre` acknowledges."""
+MOST, OFTEN = 240, 10
+"""Values that some byte of a position had, and how often each of them, from which on none may be absent. In the 12,000
+positions of a hand that moved through its range the rarest comes 25 times."""
 STALL_S = 0.15
 """Time without any byte of a measurement that is asked for from which on the link stands still, s. Where one reply is
 lost, the driver asks for another after 0.1 s, and that comes at once."""
@@ -23,9 +27,9 @@ lost, the driver asks for another after 0.1 s, and that comes at once."""
 def measure(recording: Recording) -> Measured:
     """Return what the bytes of a session say about link and board.
 
-    Lost replies (%), bytes that belong to no frame or to a reply too many (per thousand exchanges), times at which
-    nothing came although this computer was not held up, restarts of the board, and limits that it was asked to keep and
-    did not acknowledge (requests).
+    Lost replies (%), bytes that belong to no frame or to a reply too many (per thousand exchanges), values that no
+    byte of a position had, times at which nothing came although this computer was not held up, restarts of the board,
+    and limits that it was asked to keep and did not acknowledge (requests).
     """
     made = exchanges(recording.wire)
     asked = sum(exchange.opcode in MEASUREMENTS for exchange in made)
@@ -37,6 +41,7 @@ def measure(recording: Recording) -> Measured:
         "hand": {
             "lost_replies": 100.0 * lost_replies(made) / max(1, asked),
             "stray_bytes": 1000.0 * stray / max(1, len(made)),
+            **_absent_values(made),
             "stalls": float(sum(longest(recording.delays, *one) == 0.0 for one in stalls(made))),
             "restarts": float(len(texts)),
             "unanswered_limits": float(
@@ -44,6 +49,13 @@ def measure(recording: Recording) -> Measured:
             ),
         }
     }
+
+
+def _absent_values(made: Iterable[Exchange]) -> dict[str, float]:
+    """Return how many values no byte of a position had; nothing where a hand moved too little to have them all."""
+    replies = [one.received[2:] for one in made if one.opcode == Opcode.GET_POS and len(one.received) == FRAME_SIZE]
+    seen = Counter(b"".join(replies))
+    return {"absent_values": float(256 - len(seen))} if len(seen) >= MOST and min(seen.values()) >= OFTEN else {}
 
 
 def stalls(made: Sequence[Exchange]) -> Iterator[tuple[float, float]]:

@@ -203,7 +203,7 @@ def test_the_window_is_that_of_the_board():
 
 
 def test_a_reading_whose_reply_came_late_is_compared_with_no_other():
-    """A hub that stalled was told as a driver that returns wrong readings: of the late reply's own, the last was left."""
+    """A hub that stalled was told as a driver that returns wrong readings: the request of the late one was left out."""
     late = (
         *good().wire,
         *(WireRecord(0.3 + 0.01 * i, "to_hand", frame(0x25, [0] * 7)) for i in range(driver.AHEAD)),

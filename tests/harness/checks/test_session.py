@@ -83,3 +83,14 @@ def test_a_link_stands_still_where_nothing_comes_for_long_and_the_computer_was_f
     delays = delay_series([Delay(1.35, held_up_s, Loop.PROGRAM)] if held_up_s else [])
     recording = Recording(HEADER, {} if delays is None else {DELAYS: delays}, wire)
     assert whole_run.measure(recording)["hand"]["stalls"] == expected
+
+
+@pytest.mark.parametrize(("turned", "replies", "expected"), [(b"", 512, 0.0), (b"\r", 512, 1.0), (b"\r", 99, None)])
+def test_a_port_that_turns_line_ends_leaves_a_value_that_no_position_has(turned, replies, expected):
+    wire = []
+    for i in range(replies):
+        data = bytes((i + 37 * j) % 256 for j in range(14))
+        data = data.replace(turned, b"\n") if turned else data
+        wire.append(WireRecord(0.01 * i, "to_hand", bytes([0x22]) + bytes(15)))
+        wire.append(WireRecord(0.01 * i, "from_hand", bytes([0x22, 0]) + data))
+    assert whole_run.measure(Recording(HEADER, {}, tuple(wire)))["hand"].get("absent_values") == expected
