@@ -10,7 +10,7 @@ from aero.channels import Channel
 from hil.checks import ALIKE, DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN
 from hil.verdict.failures import RUN, Failures
 from hil.verdict.parts import Part, Suspect
-from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, neighbour, steps
+from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, Way, neighbour, steps, ways
 
 SURE = 0.75
 """Likelihood from which on a suspect that a step convicts is told."""
@@ -26,6 +26,8 @@ WORTH_A_STEP = 0.01
 """Bits a minute from which on a step is worth its time."""
 GONE_BELOW, MOVED_FROM = 0.3, 0.4
 """Parts of what failed before that are left where a failure is gone, and found at the neighbour where it went along."""
+WARMS = "temperature"
+"""Metric that a run changes by itself."""
 MOST_STEPS = 4
 LITTLE = 2.5
 """Weight of all that failed below which a healthy hand may have failed by chance."""
@@ -74,11 +76,18 @@ class DiagnosisCase:
     @property
     def likely(self) -> dict[Suspect, float]:
         """How likely each suspect is after all steps, the likeliest first."""
-        weights = dict(self.suspects)
+        return _of_suspects(self._by_way)
+
+    @property
+    def _by_way(self) -> dict[tuple[Suspect, Way], float]:
+        """How likely each way of each suspect is; what a step has excluded of one says what is left of it."""
+        weights = {
+            (s, way): weight * share for s, weight in self.suspects.items() for way, share in ways()[s.part].items()
+        }
         for one in self.done:
-            for suspect in weights:
-                weights[suspect] *= one.proposal.step.likelihood(one.outcome, suspect, one.proposal.at)
-        return _normalised(weights)
+            weights = _given(weights, one.proposal, one.outcome)
+        scale = sum(weights.values()) or 1.0
+        return {key: weight / scale for key, weight in weights.items()}
 
     def failed_in(self, experiments: Iterable[str]) -> Failures:
         """Return what failed in some experiments and in the run as a whole."""
@@ -142,13 +151,13 @@ class DiagnosisCase:
 
     def _worth(self, proposal: Proposal) -> float:
         """Return the bits that a step is expected to say, and how likely it convicts, for each minute."""
-        likely, step = self.likely, proposal.step
+        likely, step = self._by_way, proposal.step
         gained = convicts = 0.0
         for outcome in step.outcomes:
-            joint = {s: w * step.likelihood(outcome, s, proposal.at) for s, w in likely.items()}
+            joint = _given(likely, proposal, outcome)
             chance = sum(joint.values())
-            after = _normalised(joint)
-            gained += chance * (_bits(likely) - _bits(after))
+            after = _of_suspects(joint)
+            gained += chance * (_bits(self.likely) - _bits(after))
             convicts += chance * (_proven(after, (*self.done, Done(proposal, outcome))) is not None)
         return (gained + convicts) / (step.minutes + HANDLING + (FETCHING if step.tool else 0.0))
 
@@ -173,15 +182,21 @@ def that_show(failures: Failures, ran: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in ran if name in chosen)
 
 
-def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOutcome:
-    """Return what became of a failure, from what the same experiments found before and after a step."""
+def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOutcome | None:
+    """Return what became of a failure, from what the same experiments found before and after a step.
+
+    None where too little of what failed was measured again to say that it is gone.
+    """
     step, at, beside = proposal.step, proposal.at, proposal.beside
+    # A hand that has worked for minutes is warmer.
+    after = replace(after, off={key: by for key, by in after.off.items() if key in before.off or key[1] != WARMS})
     same = before.weight(before.off)
+    measured = before.weight(key for key in before.off if key in after.known or key[0] == RUN)
+    gone = StepOutcome.GONE if measured >= MOST_OF_IT * same else None
     if at is None or beside is None:
         # Bytes that are lost by chance are lost less often in one run than in another.
         again = any(key[0] in (WHOLE_RUN.name, RUN) for key in before.off.keys() & after.off.keys())
-        gone = not again and after.weight(after.off) < GONE_BELOW * same
-        return StepOutcome.GONE if gone else StepOutcome.STAYS
+        return gone if not again and after.weight(after.off) < GONE_BELOW * same else StepOutcome.STAYS
 
     def on(failures: Failures, channel: Channel) -> float:
         return failures.weight(failures.keys(lambda _, subject: subject == channel.label))
@@ -190,11 +205,7 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     # It must have left where it was: noise on the bus that wanders over the channels convicts no servo.
     if StepOutcome.MOVED in step.outcomes and there >= MOVED_FROM * on(before, at) > here:
         return StepOutcome.MOVED
-    return (
-        StepOutcome.GONE
-        if max(here, after.weight(after.off) - same) < GONE_BELOW * on(before, at)
-        else StepOutcome.STAYS
-    )
+    return gone if max(here, after.weight(after.off) - same) < GONE_BELOW * on(before, at) else StepOutcome.STAYS
 
 
 def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | None:
@@ -212,9 +223,22 @@ def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | 
     return proven[0] if together or likely[proven[0]] >= (SURE_OF_THE_REST if stays else SURE) else None
 
 
-def _normalised(weights: Mapping[Suspect, float]) -> dict[Suspect, float]:
+def _given(
+    weights: Mapping[tuple[Suspect, Way], float], proposal: Proposal, outcome: StepOutcome
+) -> dict[tuple[Suspect, Way], float]:
+    return {
+        (suspect, way): weight * proposal.step.likelihood(outcome, way, suspect.channel, proposal.at)
+        for (suspect, way), weight in weights.items()
+    }
+
+
+def _of_suspects(weights: Mapping[tuple[Suspect, Way], float]) -> dict[Suspect, float]:
+    """Return how likely each suspect is in any of its ways, the likeliest first; they sum to 1."""
     total = sum(weights.values()) or 1.0
-    return dict(sorted(((s, w / total) for s, w in weights.items()), key=lambda one: -one[1]))
+    found: dict[Suspect, float] = {}
+    for (suspect, _), weight in weights.items():
+        found[suspect] = found.get(suspect, 0.0) + weight / total
+    return dict(sorted(found.items(), key=lambda one: -one[1]))
 
 
 def _bits(likely: Mapping[Suspect, float]) -> float:

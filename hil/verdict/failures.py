@@ -24,15 +24,18 @@ class Failures:
 
     off: Mapping[Key, float] = field(default_factory=dict)
     """Excess (`Limit.excess`), beyond 1 or below -1."""
+    known: frozenset[Key] = frozenset()
+    """Readings that were measured and judged, those within limits among them."""
 
     @classmethod
     def of(cls, numbers: Mapping[str, Measured], limits: Collection[Limit], end: RunEnd = FINISHED) -> Failures:
         """Return the failures of a run: its readings, one that is not measurable aside, and what ended it."""
         found = excesses(numbers, limits)
-        off = {key: excess for key, excess in found.items() if excess is not None and out_of_limits(excess)}
+        known = {key: excess for key, excess in found.items() if excess is not None}
+        off = {key: excess for key, excess in known.items() if out_of_limits(excess)}
         if end.kind in HANDS_FAULT:
             off[RUN, "ended", "hand" if end.channel is None else end.channel.label] = FAR
-        return cls(off)
+        return cls(off, frozenset(known))
 
     def on(self, check: str, sign: int = 0) -> frozenset[Channel]:
         """Return the channels on which a check, `experiment/metric`, is off: too high by 1, too low by -1, any by 0."""

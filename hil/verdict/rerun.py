@@ -6,6 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from aero.channels import Channel
+from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from hil.checks.shared.lateness import VERY_LATE_S
 from hil.recordings.recorder import Progress, silent
@@ -18,6 +19,8 @@ from hil.verdict.run_end import SAYS_NOTHING
 from hil.verdict.steps import StepOutcome
 from hil.verdict.validation import validate
 
+OPENS_S = 2.0
+"""Time in which a hand opens and comes to rest, s."""
 AT_LEAST = ("presence",)
 """What is run for a failure that no experiment showed, such as a board that is silent from the start."""
 
@@ -35,19 +38,29 @@ def rerun(
     Raises:
         OSError: a recording cannot be begun.
     """
-    if proposal.step.homes:
-        # Where the guard stops the hand, it does so in the run too, which says why: the failure, no end of the case.
-        with suppress(SafetyStopError):
-            target.begin(stops=list(Channel))
-            target.hand.home()
     judge, again = Judge.of_target(target), case.experiments or AT_LEAST
+    _prepare(target, homes=proposal.step.homes)
     run = validate(target, again, folder=folder, from_opening=False, progress=progress)
     outcome = outcome_of_run(judge, case.failed_in(again), proposal, run)
     if outcome is StepOutcome.GONE and not set(case.ran) <= set(again):
         # What fails late, warm or by chance passes in a shorter run: gone is what the whole first run does not show.
+        _prepare(target)
         run = validate(target, case.ran, folder=folder, from_opening=False, progress=progress)
         outcome = outcome_of_run(judge, case.before, proposal, run)
     return outcome, run
+
+
+def _prepare(target: Target, *, homes: bool = False) -> None:
+    """Let the hand home where a step says so, and open it: the first run found it open and at rest.
+
+    What does not let it is no end of the case: the run that follows says what is wrong.
+    """
+    with suppress(SafetyStopError, AeroError, OSError):
+        target.begin(stops=list(Channel))
+        if homes:
+            target.hand.home()
+        target.hand.command_codes([0] * len(Channel))
+        target.clock.sleep_until(target.clock.now() + OPENS_S)
 
 
 def outcome_of_run(judge: Judge, before: Failures, proposal: Proposal, run: Validation) -> StepOutcome | None:

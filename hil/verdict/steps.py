@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 from importlib import resources
+from typing import Any
 
 from aero.channels import FINGERS, Channel
 from hil.checks.shared.subjects import subject_words
@@ -31,6 +32,15 @@ OF_ONE = (Part.SERVO, Part.DIGIT)
 
 
 @dataclass(frozen=True)
+class Way:
+    """One way in which a part may be at fault, by what ends or shows it."""
+
+    part: Part
+    name: str = ""
+    """Empty for a part that has one way."""
+
+
+@dataclass(frozen=True)
 class CaseStep:
     """A row of `steps.toml`."""
 
@@ -39,8 +49,8 @@ class CaseStep:
     """What the person does, a text for `str.format` with `{where}` and `{beside}`; a question where it asks."""
     minutes: float
     """Of the person's time."""
-    likely: Mapping[Part, Mapping[StepOutcome, float]]
-    """By the part at fault, how likely each outcome is; the rest is `STAYS`."""
+    likely: Mapping[Way, Mapping[StepOutcome, float]]
+    """By the way of being at fault, how likely each outcome is; the rest is `STAYS`."""
     convicts: Mapping[StepOutcome, Part]
     """The part that an outcome proves."""
     tool: str = ""
@@ -70,10 +80,10 @@ class CaseStep:
         named = {outcome for of in self.likely.values() for outcome in of}
         return tuple(outcome for outcome in StepOutcome if outcome in named or outcome is StepOutcome.STAYS)
 
-    def likelihood(self, outcome: StepOutcome, suspect: Suspect, at: Channel | None) -> float:
-        """Return how likely an outcome is where a suspect is at fault and the step is done at a channel."""
-        elsewhere = self.of_one_channel and suspect.channel is not None and suspect.channel is not at
-        of = {} if elsewhere else self.likely.get(suspect.part, {})
+    def likelihood(self, outcome: StepOutcome, way: Way, channel: Channel | None, at: Channel | None) -> float:
+        """Return how likely an outcome is where a part of a channel is at fault and the step is done at another."""
+        elsewhere = self.of_one_channel and channel is not None and channel is not at
+        of = {} if elsewhere else self.likely.get(way, {})
         if outcome is StepOutcome.STAYS:
             return 1.0 - sum(max(of.get(one, 0.0), BY_CHANCE) for one in self.outcomes if one is not StepOutcome.STAYS)
         return max(of.get(outcome, 0.0), BY_CHANCE)
@@ -92,25 +102,42 @@ class CaseStep:
 
 
 @cache
+def ways() -> Mapping[Part, Mapping[Way, float]]:
+    """Return the ways of each part, and how often each is its."""
+    shares = {Part[part.upper()]: of for part, of in _table()["ways"].items()}
+    return {part: {Way(part, name): share for name, share in shares.get(part, {"": 1.0}).items()} for part in Part}
+
+
+@cache
 def steps() -> Mapping[str, CaseStep]:
     """Return the steps by name."""
-    table = tomllib.loads((resources.files("hil") / "data" / "steps.toml").read_text(encoding="utf-8"))
     return {
         name: CaseStep(
             name,
             row["do"],
             row["minutes"],
             {
-                Part[part.upper()]: {StepOutcome[outcome.upper()]: share for outcome, share in of.items()}
-                for part, of in row["likely"].items()
+                way: {StepOutcome[outcome.upper()]: share for outcome, share in of.items()}
+                for words, of in row["likely"].items()
+                for way in _named(words)
             },
             {StepOutcome[outcome.upper()]: Part[part.upper()] for outcome, part in row["convicts"].items()},
             row.get("tool", ""),
             row.get("homes", False),
             row.get("after_homing", False),
         )
-        for name, row in table.items()
+        for name, row in _table()["steps"].items()
     }
+
+
+def _named(words: str) -> Iterable[Way]:
+    """Return the ways that `part` or `part-way` names."""
+    part, _, name = words.partition("-")
+    return [way for way in ways()[Part[part.upper()]] if name in ("", way.name)]
+
+
+def _table() -> dict[str, Any]:
+    return tomllib.loads((resources.files("hil") / "data" / "steps.toml").read_text(encoding="utf-8"))
 
 
 def neighbour(channel: Channel, spared: frozenset[Channel] = frozenset()) -> Channel:

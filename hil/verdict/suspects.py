@@ -44,6 +44,7 @@ TORQUE = {
     "excursion/stop_current": -1,
     "staircase/excursion_hand": -1,
     "staircase/tracking_rms": 1,
+    "staircase/matched_steps": -1,
     "staircase/rise_hand_ms": 1,
     "staircase/spring": 1,
     "staircase/friction": 1,
@@ -51,6 +52,9 @@ TORQUE = {
     "audit/pull": 1,
     "holding/holding_current": 1,
     "response/open_close_rate": -1,
+    "holding/creep_percent": 1,
+    "replay/replay_shape": 1,
+    "replay/replay_delay": 1,
     "coupling/stop_abducted": -1,
     "coupling/stop_without_abduction": -1,
 }
@@ -61,6 +65,8 @@ PULLS = ("excursion/stop_current", "staircase/spring", "staircase/spring_shape",
 """Readings of how much a servo pulls."""
 CURRENTS = (*PULLS, "staircase/friction", "audit/pull")
 """Readings in ampere."""
+TRAVEL = ("excursion/fist_travel", "coupling/stop_abducted", "coupling/stop_without_abduction")
+"""Readings of how far a channel comes."""
 OPPOSED = -6.0
 """Excess of a current below which it has the other sign: one that is zero is less far off."""
 UNLOADED = -2.2
@@ -136,6 +142,11 @@ def falsified_bytes(signs: RunSigns) -> Iterable[Clue]:
         yield Clue("bytes were lost or altered", _all(signs), _hand(usb=0.7, board=0.15, computer=0.1, bus=0.05))
     elif ended:
         yield Clue("the board stopped answering", _all(signs), _hand(board=0.45, usb=0.45, supply=0.1))
+    elif signs.failures.hand("session/absent_values"):
+        text = _hand(computer=0.55, usb=0.3, board=0.1, driver=0.05)
+        yield Clue("something on the way takes bytes for text", _all(signs), text)
+    elif signs.failures.hand("session/stalls"):
+        yield Clue("the link stood still now and then", _all(signs), _hand(usb=0.5, computer=0.4, board=0.1))
     # A servo may overshoot by itself, on its channel alone: these speak for themselves alone.
     jumping = signs.failures.on("staircase/overshoot_hand_percent")
     own = signs.failures.keys(lambda check, _: check in JUMPS)
@@ -236,7 +247,7 @@ def two_exchanged(signs: RunSigns) -> Iterable[Clue]:
         own = failures.keys(lambda _, subject: subject in labels)
         # What is exchanged is seen at either; two parts at once are less likely than what both share.
         weights = {Suspect(Part.DIGIT, min(two)): 0.3, Suspect(Part.SERVO, min(two)): 0.2}
-        yield Clue("two channels fail together", own, weights | _hand(board=0.3, bus=0.05, setup=0.2))
+        yield Clue("two channels fail together", own, weights | _hand(board=0.2, bus=0.05, setup=0.3))
 
 
 def one_channel(signs: RunSigns) -> Iterable[Clue]:
@@ -253,11 +264,11 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         everything = failures.weight(own) or 1.0
         alone = len(_channels(failures)) <= 1
         servo, setup = 0.35 + 0.5 * sensed / everything, 0.12
-        digit, board = 0.85 - servo, 0.0 if alone else OF_SEVERAL
-        short = failures.excess("excursion/fist_travel", channel.label) < 0.0
+        digit, board, driver = 0.85 - servo, 0.0 if alone else OF_SEVERAL, 0.0
+        short = any(failures.excess(check, channel.label) < 0.0 for check in TRAVEL)
         if short and not any(failures.excess(check, channel.label) > FAR for check in PULLS):
             # What stops early and pulls at nothing was told to stop there, by a limit in its servo or by its command.
-            servo, digit, board, setup = 0.55, 0.15, 0.2, 0.03
+            servo, digit, board, setup, driver = 0.5, 0.15, 0.2, 0.03, 0.08
         elif failures.excess("audit/pull", channel.label) < OPPOSED:
             # No load makes a current flow the other way: a sign does, of the firmware or of the motor's poles.
             servo, digit, board = 0.3, 0.2, 0.4
@@ -269,7 +280,7 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         board += 0.3 * still / everything
         weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): digit}
         keys = _all(signs) if ended and alone else own | _with(failures, channel)
-        shared = _hand(setup=setup, bus=bus, usb=usb, board=board)
+        shared = _hand(setup=setup, bus=bus, usb=usb, board=board, driver=driver)
         yield Clue(f"readings of the {subject_words(channel.label)} are off", keys, weights | shared)
 
 

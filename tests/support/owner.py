@@ -28,12 +28,13 @@ ACTS = {
     "home": ("let_go",),
     "look": ("let_go",),
     "computer": ("replace computer",),
+    "release": ("replace driver",),
     "cable": ("replace usb",),
     "plugs": ("replace bus",),
     "exchange": ("exchange_servos {at} {beside}",),
 }
 """What an owner does for a step, as the prompt of `emulate` takes it."""
-WAITS = {"again", "power", "computer", "cable", "plugs", "flash", "exchange"}
+WAITS = {"again", "power", "computer", "release", "cable", "plugs", "flash", "exchange"}
 """Steps after which the board is given the time that a person takes, as where it starts anew or homes by itself."""
 CLOSED, CLOSING_S = 65535, 2
 """The code of a closed channel, and how long the owner watches the voltmeter while the hand closes, s."""

@@ -8,7 +8,7 @@ from aero.channels import FINGERS, Channel
 from hil.verdict.case import MOST_STEPS, DiagnosisCase, Proposal, outcome_of
 from hil.verdict.failures import Failures
 from hil.verdict.parts import Part, Suspect
-from hil.verdict.steps import StepOutcome, neighbour, steps
+from hil.verdict.steps import StepOutcome, neighbour, steps, ways
 
 RING = {Suspect(Part.SERVO, Channel.RING): 0.45, Suspect(Part.DIGIT, Channel.RING): 0.43, Suspect(Part.SETUP): 0.12}
 ZEROS = {Suspect(Part.SETUP): 0.6, Suspect(Part.BOARD): 0.4}
@@ -21,6 +21,11 @@ EVERY = [Suspect(part) for part in Part if part not in (Part.SERVO, Part.DIGIT)]
 
 def on(label):
     return Failures({(experiment, metric, label): excess for (experiment, metric, _), excess in OFF.items()})
+
+
+def well(before):
+    """Return what a run finds that measures the same again, all within limits."""
+    return Failures({}, frozenset(before.off))
 
 
 def played(case, outcomes):
@@ -37,8 +42,26 @@ def test_a_step_says_what_to_do_and_its_outcomes_are_likelihoods(name):
     assert set(step.convicts) <= set(step.outcomes)
     for suspect in EVERY:
         at = suspect.channel if step.of_one_channel else None
-        assert sum(step.likelihood(outcome, suspect, at) for outcome in step.outcomes) == pytest.approx(1.0)
-        assert all(step.likelihood(outcome, suspect, at) > 0 for outcome in step.outcomes)
+        for way in ways()[suspect.part]:
+            likely = [step.likelihood(outcome, way, suspect.channel, at) for outcome in step.outcomes]
+            assert sum(likely) == pytest.approx(1.0)
+            assert min(likely) > 0.0
+
+
+def test_every_way_of_a_part_is_ended_or_shown_by_some_step_and_the_ways_are_all_there_is():
+    for of in ways().values():
+        assert sum(of.values()) == pytest.approx(1.0)
+        for way in of:
+            assert any(step.likely.get(way) for step in steps().values()) or way.part is Part.DIGIT
+
+
+def test_what_a_step_has_excluded_of_a_part_is_no_longer_expected_of_it():
+    """A board was flashed for a hand that held something: what homing would mend was still thought to be a version."""
+    case = DiagnosisCase(on("ring"), {Suspect(Part.SETUP): 0.5, Suspect(Part.BOARD): 0.5})
+    homed = case.after(Proposal(steps()["home"]), StepOutcome.STAYS)
+    flash = Proposal(steps()["flash"])
+    assert homed.after(flash, StepOutcome.SEEN).likely[Suspect(Part.SETUP)] > 0.8
+    assert homed.after(flash, StepOutcome.GONE).convicted == Suspect(Part.BOARD)
 
 
 def test_what_needs_no_screwdriver_comes_first():
@@ -123,8 +146,19 @@ def test_a_case_ends_and_convicts_nobody_without_a_step_that_proves_it(weights, 
     [("ring", StepOutcome.STAYS), ("middle", StepOutcome.STAYS), (None, StepOutcome.GONE)],
 )
 def test_a_failure_of_the_hand_stays_or_is_gone(after, outcome):
-    found = Failures() if after is None else on(after)
+    found = well(on("ring")) if after is None else on(after)
     assert outcome_of(on("ring"), found, Proposal(steps()["home"])) is outcome
+
+
+def test_a_failure_that_was_not_measured_again_is_not_known_to_be_gone():
+    """A run that ended at its first gate was told as one in which all was well."""
+    assert outcome_of(on("ring"), Failures(), Proposal(steps()["home"])) is None
+
+
+def test_a_servo_that_has_become_warm_is_not_the_failure_again():
+    before = Failures({("response", "telemetry_period", "hand"): 2.0})
+    warm = Failures({("alike", "temperature", "thumb_flexor"): -1.6}, frozenset(before.off))
+    assert outcome_of(before, warm, Proposal(steps()["cable"])) is StepOutcome.GONE
 
 
 def test_bytes_that_are_lost_again_are_not_gone_however_few_readings_they_spoil():
@@ -132,14 +166,14 @@ def test_bytes_that_are_lost_again_are_not_gone_however_few_readings_they_spoil(
     lost = {("session", "lost_replies", "hand"): 3.0}
     before = Failures({**lost, **{("audit", "followed", finger.label): -9.0 for finger in FINGERS}})
     assert outcome_of(before, Failures(lost), Proposal(steps()["again"])) is StepOutcome.STAYS
-    assert outcome_of(before, Failures(), Proposal(steps()["again"])) is StepOutcome.GONE
+    assert outcome_of(before, well(before), Proposal(steps()["again"])) is StepOutcome.GONE
 
 
 @pytest.mark.parametrize(
     ("after", "outcome"), [("ring", StepOutcome.STAYS), ("pinky", StepOutcome.MOVED), (None, StepOutcome.GONE)]
 )
 def test_an_exchanged_servo_takes_its_failure_along(after, outcome):
-    found = Failures() if after is None else on(after)
+    found = well(on("ring")) if after is None else on(after)
     exchanged = Proposal(steps()["exchange"], Channel.RING, Channel.PINKY)
     assert outcome_of(on("ring"), found, exchanged) is outcome
 
