@@ -30,6 +30,8 @@ FIRES_ITSELF = (FaultLayer.BUS, FaultLayer.LINK, FaultLayer.HOST)
 """Layers whose faults have an effect only when bytes come their way."""
 TOUCHING = (FaultLayer.CABLE, FaultLayer.JOINT)
 """Layers in which a fault of the set-up is something that touches the hand."""
+BEFORE_THE_BOARD = (Part.COMPUTER, Part.DRIVER, Part.USB)
+"""Parts that are replaced with the hand's power on."""
 OF_A_SERVO = ("rotor_inertia", "spool_damping", "spool_friction")
 """What goes along with a servo, by channel, of the mechanics of a unit."""
 HELD_SHARE = 0.55
@@ -252,7 +254,8 @@ class Workbench:
                 self._take(fault)
         if part is Part.SETUP:
             self.let_go()
-        self.hand.reset("power_on")
+        if part not in BEFORE_THE_BOARD:
+            self.hand.reset("power_on")
         return self._note(f"replaced: {part.value}{'' if channel is None else f' of {channel.label}'}")
 
     def bend(self, channel: Channel) -> str:

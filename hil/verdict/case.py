@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from aero.channels import Channel
 from hil.checks import ALIKE, DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN
-from hil.verdict.failures import RUN, Failures
+from hil.verdict.failures import FAR, RUN, Failures
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, Way, neighbour, steps, ways
 
@@ -28,6 +28,8 @@ GONE_BELOW, MOVED_FROM = 0.3, 0.4
 """Parts of what failed before that are left where a failure is gone, and found at the neighbour where it went along."""
 WARMS = "temperature"
 """Metric that a run changes by itself."""
+LEFT_AT_MOST = 2.0 * FAR
+"""Weight of what fails still from which on nothing is gone, however much more failed before."""
 MOST_STEPS = 4
 LITTLE = 2.5
 """Weight of all that failed below which a healthy hand may have failed by chance."""
@@ -192,11 +194,12 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     after = replace(after, off={key: by for key, by in after.off.items() if key in before.off or key[1] != WARMS})
     same = before.weight(before.off)
     measured = before.weight(key for key in before.off if key in after.known or key[0] == RUN)
+    left = min(GONE_BELOW * same, LEFT_AT_MOST)
     gone = StepOutcome.GONE if measured >= MOST_OF_IT * same else None
     if at is None or beside is None:
         # Bytes that are lost by chance are lost less often in one run than in another.
         again = any(key[0] in (WHOLE_RUN.name, RUN) for key in before.off.keys() & after.off.keys())
-        return gone if not again and after.weight(after.off) < GONE_BELOW * same else StepOutcome.STAYS
+        return gone if not again and after.weight(after.off) < left else StepOutcome.STAYS
 
     def on(failures: Failures, channel: Channel) -> float:
         return failures.weight(failures.keys(lambda _, subject: subject == channel.label))
@@ -205,7 +208,8 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     # It must have left where it was: noise on the bus that wanders over the channels convicts no servo.
     if StepOutcome.MOVED in step.outcomes and there >= MOVED_FROM * on(before, at) > here:
         return StepOutcome.MOVED
-    return gone if max(here, after.weight(after.off) - same) < GONE_BELOW * on(before, at) else StepOutcome.STAYS
+    left = min(GONE_BELOW * on(before, at), LEFT_AT_MOST)
+    return gone if max(here, after.weight(after.off) - same) < left else StepOutcome.STAYS
 
 
 def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | None:

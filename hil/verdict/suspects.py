@@ -53,8 +53,6 @@ TORQUE = {
     "holding/holding_current": 1,
     "response/open_close_rate": -1,
     "holding/creep_percent": 1,
-    "replay/replay_shape": 1,
-    "replay/replay_delay": 1,
     "coupling/stop_abducted": -1,
     "coupling/stop_without_abduction": -1,
 }
@@ -202,7 +200,7 @@ def torque_of_all(signs: RunSigns) -> Iterable[Clue]:
     )
     on = {subject for _, _, subject in weak} - {"hand"}
     # The thumb's three lean on each other; fingers share nothing but their supply.
-    slow_hand = signs.failures.excess("response/open_close_rate", "hand") < 0.0
+    slow_hand = signs.failures.excess("response/open_close_rate", "hand") < 0.0 and len(_channels(signs.failures)) != 1
     if (len(on) >= MANY and on & {finger.label for finger in FINGERS}) or slow_hand:
         yield Clue("several channels are weak or slow", weak, _hand(supply=0.75, setup=0.15, board=0.1))
 
@@ -232,7 +230,7 @@ def alike_on_many(signs: RunSigns) -> Iterable[Clue]:
     }
     own = signs.failures.keys(lambda check, _: check in shared)
     if own:
-        yield Clue("most channels fail alike", own, _hand(setup=0.45, board=0.25, supply=0.15, driver=0.05, bus=0.1))
+        yield Clue("most channels fail alike", own, _hand(setup=0.4, board=0.25, supply=0.15, driver=0.1, bus=0.1))
 
 
 def two_exchanged(signs: RunSigns) -> Iterable[Clue]:
@@ -247,7 +245,7 @@ def two_exchanged(signs: RunSigns) -> Iterable[Clue]:
         own = failures.keys(lambda _, subject: subject in labels)
         # What is exchanged is seen at either; two parts at once are less likely than what both share.
         weights = {Suspect(Part.DIGIT, min(two)): 0.3, Suspect(Part.SERVO, min(two)): 0.2}
-        yield Clue("two channels fail together", own, weights | _hand(board=0.2, bus=0.05, setup=0.3))
+        yield Clue("two channels fail together", own, weights | _hand(board=0.2, bus=0.05, setup=0.3, driver=0.1))
 
 
 def one_channel(signs: RunSigns) -> Iterable[Clue]:
@@ -268,7 +266,7 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         short = any(failures.excess(check, channel.label) < 0.0 for check in TRAVEL)
         if short and not any(failures.excess(check, channel.label) > FAR for check in PULLS):
             # What stops early and pulls at nothing was told to stop there, by a limit in its servo or by its command.
-            servo, digit, board, setup, driver = 0.5, 0.15, 0.2, 0.03, 0.08
+            servo, digit, board, setup, driver = 0.5, 0.2, 0.18, 0.03, 0.06
         elif failures.excess("audit/pull", channel.label) < OPPOSED:
             # No load makes a current flow the other way: a sign does, of the firmware or of the motor's poles.
             servo, digit, board = 0.3, 0.2, 0.4
@@ -276,7 +274,7 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
             # No zero takes all load away.
             setup = 0.03
         # What answers only now and then stands still and jumps; nothing mechanical does.
-        bus, usb = 0.03 + 0.3 * still / everything, 0.1 * jumping / everything
+        bus, usb = (0.01 if short else 0.03) + 0.3 * still / everything, 0.1 * jumping / everything
         board += 0.3 * still / everything
         weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): digit}
         keys = _all(signs) if ended and alone else own | _with(failures, channel)
