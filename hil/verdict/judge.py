@@ -237,7 +237,8 @@ def _told(run: Validation, case: DiagnosisCase, found: Sequence[Clue]) -> Diagno
         return (finding.experiment, finding.check, finding.subject) in accounted or finding == run.end.finding
 
     off, proposal = failed(run.findings), case.next_step
-    recordings = {name: result.recording for name, result in run.results.items()}
+    ran = sorted(run.results.items(), key=lambda one: one[1].recording.header.started)
+    recordings = {name: result.recording for name, result in ran}
     return replace(
         bare,
         clues=tuple(dict.fromkeys(clue.seen for clue in speaking)),

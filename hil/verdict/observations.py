@@ -72,8 +72,7 @@ def per_turn(recordings: Recordings, channel: Channel) -> Iterator[str]:
     smooth = np.vander((turns - turns.mean()) / max(span, 1e-3), SMOOTH + 1)
     waves = {n: np.exp(2j * np.pi * n * turns) for n in TIMES if n * span > CYCLES}
     fits = {n: _fitted(np.column_stack([smooth, wave.real, wave.imag]), values) for n, wave in waves.items()}
-    if not fits:
-        return
+    require(bool(fits), "turns")
     best = min(fits, key=lambda n: fits[n][0])
     left, weights = fits[best]
     amplitude = float(np.hypot(*weights[-2:]))
@@ -84,10 +83,10 @@ def per_turn(recordings: Recordings, channel: Channel) -> Iterator[str]:
 
 def since_when(recordings: Recordings, channel: Channel) -> Iterator[str]:
     """Say between which seconds of the run a finger came to draw another current at one place."""
-    load = loads(recordings["staircase"])[channel]
     begins = dict(zip(recordings, np.cumsum([0.0, *(r.header.duration_s for r in recordings.values())]), strict=False))
     steps = {name: _closing(recordings[name], channel) for name in ("audit", "holding", "staircase")}
     ends = [begins[name] + closing[-1].end for name, closing in steps.items()]
+    load = loads(recordings["staircase"])[channel]
     goals = np.array([step.after for step in steps["staircase"]])[: len(load.spring_a)]
     now = (load.spring_a + load.friction_a)[: len(goals)]
     require(_smooth(now), "a curve")
