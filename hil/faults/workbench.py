@@ -14,7 +14,6 @@ from aero.channels import Channel
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.homing import home
 from firmware_emulator.hand import EmulatedHand
-from firmware_emulator.kernel import Task
 from hil.faults.assembly import Active, HandAssembly
 from hil.faults.by_hand import TOUCH_S, bend, turn, unloaded
 from hil.faults.fault import AssemblyStage, FaultLayer, Injection, Part
@@ -217,13 +216,7 @@ class Workbench:
         board = self.hand.board
         if not isinstance(board, Board):
             raise ValueError("a firmware program is homed by a driver")
-
-        def task() -> Task:
-            yield from board.lock.take()
-            yield from home(board)
-            board.lock.give()
-
-        board.start(task())
+        board.start(home(board))
         return self._note("homing")
 
     def power_off(self) -> str:

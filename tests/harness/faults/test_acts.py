@@ -15,6 +15,7 @@ from hil.faults.workbench import Workbench
 from hil.recordings.recorder import Recorder
 
 RING, PINKY = Channel.RING, Channel.PINKY
+HOMES_S = 60.0
 CLOSED = np.array([45000] * 4 + [0, 30000, 30000])
 
 
@@ -92,6 +93,14 @@ def test_a_hand_that_holds_something_closes_less_and_lets_it_go(target):
     target.act("let_go")
     assert held[0] < 0.8 * free[0]
     assert closed(target)[0][0] == pytest.approx(free[0], abs=0.1)
+
+
+def test_a_hand_that_was_homed_by_hand_goes_on_working(target):
+    before = closed(target)[1]
+    closed(target, 0.0)
+    target.act("home")
+    target.clock.sleep_until(target.clock.now() + HOMES_S)
+    np.testing.assert_allclose(closed(target)[1], before, atol=3000)
 
 
 @pytest.mark.parametrize("part", Part)
