@@ -10,7 +10,7 @@ from aero.channels import Channel
 from hil.checks import ALIKE, DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN
 from hil.verdict.failures import FAR, RUN, Failures
 from hil.verdict.parts import Part, Suspect
-from hil.verdict.steps import OF_ONE, CaseStep, StepOutcome, Way, neighbour, steps, ways
+from hil.verdict.steps import BY_CHANCE, OF_ONE, CaseStep, StepOutcome, Way, neighbour, steps, ways
 
 SURE = 0.75
 """Likelihood from which on a suspect that a step convicts is told."""
@@ -26,13 +26,13 @@ WORTH_A_STEP = 0.01
 """Bits a minute from which on a step is worth its time."""
 GONE_BELOW, MOVED_FROM = 0.3, 0.4
 """Parts of what failed before that are left where a failure is gone, and found at the neighbour where it went along."""
-WARMS = "temperature"
-"""Metric that a run changes by itself."""
 LEFT_AT_MOST = 2.0 * FAR
-"""Weight of what fails still from which on nothing is gone, however much more failed before."""
+"""Weight of all that fails after a step from which on nothing is gone, however much more failed before."""
 MOST_STEPS = 4
 LITTLE = 2.5
 """Weight of all that failed below which a healthy hand may have failed by chance."""
+MAY_PASS = 0.2
+"""How likely so little passes in another run although nothing was mended."""
 MOST_OF_IT = 0.75
 """Part of what failed that is run again after a step; what happened once is in less of it."""
 
@@ -87,7 +87,7 @@ class DiagnosisCase:
             (s, way): weight * share for s, weight in self.suspects.items() for way, share in ways()[s.part].items()
         }
         for one in self.done:
-            weights = _given(weights, one.proposal, one.outcome)
+            weights = self._given(weights, one.proposal, one.outcome)
         scale = sum(weights.values()) or 1.0
         return {key: weight / scale for key, weight in weights.items()}
 
@@ -151,12 +151,21 @@ class DiagnosisCase:
                     found.append(Proposal(step, at, None if at is None else neighbour(at, failing)))
         return found
 
+    def _given(
+        self, weights: Mapping[tuple[Suspect, Way], float], proposal: Proposal, outcome: StepOutcome
+    ) -> dict[tuple[Suspect, Way], float]:
+        chance = MAY_PASS if self.before.weight(self.before.off) < LITTLE else BY_CHANCE
+        return {
+            (suspect, way): weight * proposal.step.likelihood(outcome, way, suspect.channel, proposal.at, chance)
+            for (suspect, way), weight in weights.items()
+        }
+
     def _worth(self, proposal: Proposal) -> float:
         """Return the bits that a step is expected to say, and how likely it convicts, for each minute."""
         likely, step = self._by_way, proposal.step
         gained = convicts = 0.0
         for outcome in step.outcomes:
-            joint = _given(likely, proposal, outcome)
+            joint = self._given(likely, proposal, outcome)
             chance = sum(joint.values())
             after = _of_suspects(joint)
             gained += chance * (_bits(self.likely) - _bits(after))
@@ -190,26 +199,25 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     None where too little of what failed was measured again to say that it is gone.
     """
     step, at, beside = proposal.step, proposal.at, proposal.beside
-    # A hand that has worked for minutes is warmer.
-    after = replace(after, off={key: by for key, by in after.off.items() if key in before.off or key[1] != WARMS})
-    same = before.weight(before.off)
     measured = before.weight(key for key in before.off if key in after.known or key[0] == RUN)
-    left = min(GONE_BELOW * same, LEFT_AT_MOST)
-    gone = StepOutcome.GONE if measured >= MOST_OF_IT * same else None
+    gone = StepOutcome.GONE if measured >= MOST_OF_IT * before.weight(before.off) else None
     if at is None or beside is None:
         # Bytes that are lost by chance are lost less often in one run than in another.
         again = any(key[0] in (WHOLE_RUN.name, RUN) for key in before.off.keys() & after.off.keys())
-        return gone if not again and after.weight(after.off) < left else StepOutcome.STAYS
+        subjects = {subject for _, _, subject in before.off} - {"hand"}
+        same = [key for key in after.off if key in before.off or key[2] in subjects]
+        # A hand that has worked is warmer, one that has homed has other zeros: a little elsewhere is not the failure.
+        little = after.weight(same) < GONE_BELOW * before.weight(before.off) and after.weight(after.off) < LEFT_AT_MOST
+        return gone if little and not again else StepOutcome.STAYS
 
     def on(failures: Failures, channel: Channel) -> float:
         return failures.weight(failures.keys(lambda _, subject: subject == channel.label))
 
-    here, there = on(after, at), on(after, beside) - on(before, beside)
+    here, was, along = on(after, at), on(before, at), on(after, beside) - on(before, beside)
     # It must have left where it was: noise on the bus that wanders over the channels convicts no servo.
-    if StepOutcome.MOVED in step.outcomes and there >= MOVED_FROM * on(before, at) > here:
+    if StepOutcome.MOVED in step.outcomes and along >= MOVED_FROM * was > here:
         return StepOutcome.MOVED
-    left = min(GONE_BELOW * on(before, at), LEFT_AT_MOST)
-    return gone if max(here, after.weight(after.off) - same) < left else StepOutcome.STAYS
+    return gone if here < min(GONE_BELOW * was, LEFT_AT_MOST) and along < LEFT_AT_MOST else StepOutcome.STAYS
 
 
 def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | None:
@@ -225,15 +233,6 @@ def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | 
     # What stays may be a third part's, which nobody thought of.
     stays = found.get(proven[0], StepOutcome.SEEN) is StepOutcome.STAYS
     return proven[0] if together or likely[proven[0]] >= (SURE_OF_THE_REST if stays else SURE) else None
-
-
-def _given(
-    weights: Mapping[tuple[Suspect, Way], float], proposal: Proposal, outcome: StepOutcome
-) -> dict[tuple[Suspect, Way], float]:
-    return {
-        (suspect, way): weight * proposal.step.likelihood(outcome, way, suspect.channel, proposal.at)
-        for (suspect, way), weight in weights.items()
-    }
 
 
 def _of_suspects(weights: Mapping[tuple[Suspect, Way], float]) -> dict[Suspect, float]:

@@ -80,13 +80,21 @@ class CaseStep:
         named = {outcome for of in self.likely.values() for outcome in of}
         return tuple(outcome for outcome in StepOutcome if outcome in named or outcome is StepOutcome.STAYS)
 
-    def likelihood(self, outcome: StepOutcome, way: Way, channel: Channel | None, at: Channel | None) -> float:
-        """Return how likely an outcome is where a part of a channel is at fault and the step is done at another."""
+    def likelihood(
+        self, outcome: StepOutcome, way: Way, channel: Channel | None, at: Channel | None, chance: float = BY_CHANCE
+    ) -> float:
+        """Return how likely an outcome is where a part of a channel is at fault and the step is done at another.
+
+        `chance` is how likely the failure is gone without a reason.
+        """
         elsewhere = self.of_one_channel and channel is not None and channel is not at
         of = {} if elsewhere else self.likely.get(way, {})
-        if outcome is StepOutcome.STAYS:
-            return 1.0 - sum(max(of.get(one, 0.0), BY_CHANCE) for one in self.outcomes if one is not StepOutcome.STAYS)
-        return max(of.get(outcome, 0.0), BY_CHANCE)
+        least = {StepOutcome.GONE: chance}
+        likely = {one: max(of.get(one, 0.0), least.get(one, BY_CHANCE)) for one in self.outcomes}
+        likely[StepOutcome.STAYS] = max(
+            0.005, 1.0 - sum(p for one, p in likely.items() if one is not StepOutcome.STAYS)
+        )
+        return likely[outcome] / sum(likely.values())
 
     def convicted(self, outcome: StepOutcome, at: Channel | None) -> Suspect | None:
         """Return the suspect that an outcome proves at a channel, None where it proves none."""

@@ -65,6 +65,8 @@ CURRENTS = (*PULLS, "staircase/friction", "audit/pull")
 """Readings in ampere."""
 TRAVEL = ("excursion/fist_travel", "coupling/stop_abducted", "coupling/stop_without_abduction")
 """Readings of how far a channel comes."""
+CLEAR, VAGUE = 4.5, 0.06
+"""Weight of what fails on a channel from which on it is the channel's, and how likely each shared part is below it."""
 OPPOSED = -6.0
 """Excess of a current below which it has the other sign: one that is zero is less far off."""
 UNLOADED = -2.2
@@ -124,7 +126,7 @@ def restarts(signs: RunSigns) -> Iterable[Clue]:
     """A board that said its boot text."""
     # What was lost or changed with the restart is no sign of anything else.
     if signs.failures.hand("session/restarts"):
-        yield Clue("the board restarted", _all(signs), _hand(board=0.4, supply=0.25, setup=0.3, usb=0.05))
+        yield Clue("the board restarted", _all(signs), _hand(board=0.35, supply=0.25, setup=0.25, usb=0.15))
     if signs.end.kind is EndKind.FIRMWARE:
         yield Clue("the firmware program ended", _all(signs), _hand(board=0.95))
 
@@ -233,6 +235,15 @@ def alike_on_many(signs: RunSigns) -> Iterable[Clue]:
         yield Clue("most channels fail alike", own, _hand(setup=0.4, board=0.25, supply=0.15, driver=0.1, bus=0.1))
 
 
+def several_channels(signs: RunSigns) -> Iterable[Clue]:
+    """Channels that fail in whatever ways: parts of several at once are less likely than one that they share."""
+    own = {channel: keys for channel in Channel if (keys := _own(signs.failures, channel))}
+    # The thumb's channels lean on each other.
+    if len(own.keys() - THUMB) + bool(own.keys() & THUMB) >= MANY:
+        shared = _hand(bus=0.25, supply=0.25, setup=0.2, board=0.2, usb=0.05, driver=0.05)
+        yield Clue("several channels fail", frozenset().union(*own.values()), {s: 0.4 * w for s, w in shared.items()})
+
+
 def two_exchanged(signs: RunSigns) -> Iterable[Clue]:
     """Two channels of which one moves when the other is commanded, or two fingers that fail about as much."""
     failures = signs.failures
@@ -273,12 +284,15 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         elif failures.excess("staircase/spring", channel.label) < UNLOADED:
             # No zero takes all load away.
             setup = 0.03
+        # What is a little off may be the work of what all channels share, which shows most on this one.
+        supply = VAGUE if everything < CLEAR else 0.0
+        board, driver = board + supply, driver + 0.5 * supply
         # What answers only now and then stands still and jumps; nothing mechanical does.
         bus, usb = (0.01 if short else 0.03) + 0.3 * still / everything, 0.1 * jumping / everything
         board += 0.3 * still / everything
         weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): digit}
         keys = _all(signs) if ended and alone else own | _with(failures, channel)
-        shared = _hand(setup=setup, bus=bus, usb=usb, board=board, driver=driver)
+        shared = _hand(setup=setup, bus=bus, usb=usb, board=board, driver=driver, supply=supply)
         yield Clue(f"readings of the {subject_words(channel.label)} are off", keys, weights | shared)
 
 
@@ -311,6 +325,7 @@ RULES: tuple[Rule, ...] = (
     torque_of_all,
     currents_alone,
     alike_on_many,
+    several_channels,
     two_exchanged,
     one_channel,
 )

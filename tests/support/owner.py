@@ -207,6 +207,8 @@ def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, hand:
             while case is not None and (proposal := case.next_step) is not None:
                 outcome = owner.does(proposal)
                 if outcome is None:
+                    with suppress(AeroError, OSError):
+                        target.hand.resynchronise()  # as where it is opened again
                     outcome, after = rerun(target, case, proposal)
                     if outcome is None:
                         break
