@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
+from rich.progress import BarColumn
 
 from aero.exit_code import Exit
 from aero.whole_file import write_whole
+from hil.checks import EXPERIMENTS
 from hil.cli.exits import usage_errors
 from hil.cli.options import open_hand
-from hil.cli.terminal import ProgressBar, console
+from hil.cli.terminal import ProgressBar, console, description
 from hil.report.page import render_case
 from hil.report.results import write_results
 from hil.targets.hand_spec import HandSpec
 from hil.verdict.case import DiagnosisCase, Proposal
-from hil.verdict.case_file import read_case, write_case
+from hil.verdict.case_file import HandOfCase, read_case, write_case
 from hil.verdict.case_words import asked, came_of, conclusion, why
-from hil.verdict.rerun import rerun
+from hil.verdict.rerun import AT_LEAST, rerun
+from hil.verdict.run_end import EndKind
 from hil.verdict.steps import StepOutcome
 
 
@@ -41,6 +45,7 @@ def diagnose(*, folder: Path, port: str) -> None:
         hand = HandSpec.named(port, firmware=about.firmware, hand="left" if about.side == "left" else "right")
         if hand.target == "emulated":
             raise click.UsageError("a person changes the hand between two runs; give its port with --hil")
+    _keep(folder, case, about)
     for done in case.done:
         out.print(f"done       {came_of(done)}")
     while (proposal := case.next_step) is not None:
@@ -51,19 +56,23 @@ def diagnose(*, folder: Path, port: str) -> None:
             out.print("this run says nothing about the hand, as where this computer was busy; the step is asked again")
             continue
         case = case.after(proposal, outcome, note)
-        write_case(folder, case, about)
+        _keep(folder, case, about)
         out.print(f"so         {outcome.value}")
-    write_whole(folder / "case.html", render_case(case))
     out.print(conclusion(case), style="bold")
     out.print(str(folder / "case.html"))
     sys.exit(Exit.WITHIN_LIMITS if case.gone else Exit.OUT_OF_LIMITS)
+
+
+def _keep(folder: Path, case: DiagnosisCase, about: HandOfCase) -> None:
+    write_case(folder, case, about)
+    write_whole(folder / "case.html", render_case(case))
 
 
 def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
     """Let a person do a step, and return what came of it with what the person noted.
 
     Raises:
-        KeyboardInterrupt: at the end of the input, and on Ctrl-C.
+        KeyboardInterrupt, SystemExit: at the end of the input, on Ctrl-C, and when told to stop.
     """
     note = ""
     try:
@@ -72,10 +81,13 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
             note = str(click.prompt("what was measured or read", default="", show_default=False))
             if seen or not proposal.step.runs:
                 return StepOutcome.SEEN if seen else StepOutcome.STAYS, note
-        click.prompt("press Enter when it is done", default="", show_default=False, prompt_suffix=" ")
+        click.echo(f"runs       {_runs(case)}")
+        homes = " homes and" if proposal.step.homes else ""
+        ready = f"press Enter when it is done and the hand has power; it then{homes} moves, so keep clear"
+        click.prompt(ready, default="", show_default=False, prompt_suffix=" ")
     except click.Abort as error:
         raise KeyboardInterrupt from error
-    bar = ProgressBar()
+    bar = ProgressBar(description(), BarColumn())  # of one experiment after the other
     with open_hand(hand) as opened, bar:
         task = bar.add_task("opening", total=1.0)
         folder.mkdir(exist_ok=True)
@@ -87,4 +99,17 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
             progress=lambda part, doing: bar.update(task, completed=part, description=doing),
         )
     write_results(done, folder)
+    if done.end.kind is EndKind.INTERRUPTED and done.end.error is not None:
+        raise done.end.error  # the case is put down, and the step asked again when it is taken up
     return outcome, note
+
+
+def _runs(case: DiagnosisCase) -> str:
+    """Return what runs after a step, and for how long."""
+    first = case.experiments or AT_LEAST
+    more = f"; all of the first run ({_seconds(case.ran)}) where that passes" if set(case.ran) - set(first) else ""
+    return f"{', '.join(first)} ({_seconds(first)}){more}"
+
+
+def _seconds(names: Iterable[str]) -> str:
+    return f"{sum(EXPERIMENTS[name].hand_s for name in names):.0f} s"

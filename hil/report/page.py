@@ -30,7 +30,9 @@ from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_words import asked, came_of, conclusion, why
 from hil.verdict.findings import Finding, Why, failed
 from hil.verdict.judged_run import Result, Validation
+from hil.verdict.parts import Part
 from hil.verdict.run_end import EndKind
+from hil.verdict.steps import StepOutcome
 
 BYTES_ALONE = (
     "These are the bytes of a program and a hand, without an experiment: the link is judged. What was meant is not in "
@@ -44,6 +46,7 @@ HEADINGS = {
     "aborted": "\u25a0 Aborted",
     "unclear": "\u2013 Not judged",
 }
+CASE_HEADINGS = {"pass": "\u2713 The failure is gone", "fail": "\u2717 At fault", "unclear": "\u2013 Open case"}
 MOST_FINDINGS = 6
 """Findings of a list that are shown unfolded."""
 
@@ -133,17 +136,29 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
 def render_case(case: DiagnosisCase) -> str:
     """Return the page of a case: what is at fault, and the chain of steps that says so; it loads nothing."""
     steps = [
-        (came_of(one), f"step-{number}/report.html", one.proposal.step.asks) for number, one in enumerate(case.done, 1)
+        (
+            came_of(one),
+            f"step-{number}/report.html" if one.proposal.step.runs and one.outcome is not StepOutcome.SEEN else "",
+        )
+        for number, one in enumerate(case.done, 1)
     ]
     proposal = case.next_step
     return _template("case.html.j2").render(
-        convicted=case.convicted,
+        verdict=(verdict := _verdict_of_case(case)),
+        heading=CASE_HEADINGS[verdict] if verdict != "unclear" or proposal else "\u2013 Not isolated",
         conclusion=conclusion(case),
         suspects=[(str(suspect), weight) for suspect, weight in case.likely.items()],
         before=[(str(suspect), weight) for suspect, weight in case.suspects.items()],
         steps=steps,
         next="" if proposal is None else f"{asked(proposal)} {why(case, proposal)}",
     )
+
+
+def _verdict_of_case(case: DiagnosisCase) -> str:
+    """Return what a case came to, as `HEADINGS` names it; a set-up that was put right is no fault."""
+    if case.gone and (case.convicted is None or case.convicted.part is Part.SETUP):
+        return "pass"
+    return "unclear" if case.convicted is None else "fail"
 
 
 @cache

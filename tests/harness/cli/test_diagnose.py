@@ -1,5 +1,6 @@
 """`aero-hil diagnose` goes through the steps of a case, and ends with the part that one has convicted."""
 
+import re
 from contextlib import contextmanager
 
 import pytest
@@ -9,6 +10,7 @@ from aero.channels import Channel
 from aero.exit_code import Exit
 from hil import open_target
 from hil.cli import diagnose, main
+from hil.verdict import validation
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import HandOfCase, read_case, write_case
 from hil.verdict.failures import Failures
@@ -39,17 +41,36 @@ def test_what_a_person_sees_convicts_without_another_run(folder):
     assert (folder / "case.html").is_file()
 
 
-def test_where_a_person_sees_nothing_the_experiments_are_run(folder, monkeypatch):
-    @contextmanager
-    def mended(_hand):
-        with open_target(homed=True) as target:
-            yield target
+@contextmanager
+def emulated(_hand):
+    with open_target(homed=True) as target:
+        yield target
 
-    monkeypatch.setattr(diagnose, "open_hand", mended)
+
+def test_where_a_person_sees_nothing_the_experiments_are_run(folder, monkeypatch):
+    monkeypatch.setattr(diagnose, "open_hand", emulated)
     ended = diagnosed(folder, "n\n\n\n")
     assert ended.exit_code == Exit.WITHIN_LIMITS
     assert "leave the hand as it is" in ended.output
     assert (folder / "step-1" / "audit.mcap").is_file()
+
+
+def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):
+    def interrupt(*_args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(diagnose, "open_hand", emulated)
+    monkeypatch.setattr(validation, "_run", interrupt)
+    ended = diagnosed(folder, "n\n\n\n" * 2)
+    assert ended.output.count("next step") == 1
+    assert read_case(folder)[0].done == ()
+    assert "Open case" in (folder / "case.html").read_text()
+
+
+def test_before_the_hand_moves_it_is_said_with_how_long(folder):
+    said = " ".join(diagnosed(folder, "n\n\n").output.split())
+    assert re.search(r"runs presence, audit \(\d+ s\)", said)
+    assert "the hand has power; it then homes and moves, so keep clear" in said
 
 
 def test_a_case_that_is_put_down_is_taken_up_where_it_was(folder):

@@ -68,3 +68,18 @@ def test_replace_is_said_of_no_part_that_no_step_convicted():
     assert "eplace" not in conclusion(CASE_OF_RING)
     assert "eplace" not in render_case(CASE_OF_RING)
     assert MEND.keys() == set(Part)
+
+
+@pytest.mark.parametrize(
+    ("name", "outcome", "heading", "linked"),
+    [
+        ("home", StepOutcome.GONE, "The failure is gone", True),
+        ("home", StepOutcome.STAYS, "Open case", True),
+        ("look", StepOutcome.SEEN, "At fault", False),
+        ("look", StepOutcome.STAYS, "Open case", True),
+    ],
+)
+def test_the_heading_is_what_the_case_came_to_and_each_run_is_linked(name, outcome, heading, linked):
+    page = render_case(CASE_OF_RING.after(Proposal(steps()[name], Channel.RING, Channel.PINKY), outcome))
+    assert f"{heading}</h1>" in page
+    assert ("step-1/report.html" in page) is linked
