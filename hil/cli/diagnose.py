@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -21,9 +23,12 @@ from hil.targets.hand_spec import HandSpec
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import HandOfCase, read_case, write_case
 from hil.verdict.case_words import asked, came_of, conclusion, why
+from hil.verdict.diagnosis import NextStep
 from hil.verdict.rerun import AT_LEAST, rerun
 from hil.verdict.run_end import EndKind
 from hil.verdict.steps import StepOutcome
+
+GO_ON = "Go on with the case that this run belongs to."
 
 
 @click.command()
@@ -43,7 +48,7 @@ def diagnose(*, folder: Path, port: str) -> None:
     with usage_errors():
         case, about = read_case(folder)
         hand = HandSpec.named(port, firmware=about.firmware, hand="left" if about.side == "left" else "right")
-        if hand.target == "emulated":
+        if hand.in_software:
             raise click.UsageError("a person changes the hand between two runs; give its port with --hil")
     _keep(folder, case, about)
     for done in case.done:
@@ -98,7 +103,9 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
             folder=folder,
             progress=lambda part, doing: bar.update(task, completed=part, description=doing),
         )
-    write_results(done, folder)
+    # It belongs to this case, and opens none of its own.
+    go_on = NextStep(GO_ON, shlex.join(["aero-hil", "diagnose", str(folder.parent), "--hil", hand.target]))
+    write_results(replace(done, diagnosis=replace(done.diagnosis, case=None, step=go_on)), folder)
     if done.end.kind is EndKind.INTERRUPTED and done.end.error is not None:
         raise done.end.error  # the case is put down, and the step asked again when it is taken up
     return outcome, note

@@ -30,7 +30,7 @@ from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_words import asked, came_of, conclusion, why
 from hil.verdict.findings import Finding, Why, failed
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.parts import Part
+from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import EndKind
 from hil.verdict.steps import StepOutcome
 
@@ -147,10 +147,18 @@ def render_case(case: DiagnosisCase) -> str:
         verdict=(verdict := _verdict_of_case(case)),
         heading=CASE_HEADINGS[verdict] if verdict != "unclear" or proposal else "\u2013 Not isolated",
         conclusion=conclusion(case),
-        suspects=[(str(suspect), weight) for suspect, weight in case.likely.items()],
-        before=[(str(suspect), weight) for suspect, weight in case.suspects.items()],
+        suspects=_likely(case.likely),
+        before=_likely(case.suspects),
         steps=steps,
-        next="" if proposal is None else f"{asked(proposal)} {why(case, proposal)}",
+        next="" if proposal is None else asked(proposal),
+        why="" if proposal is None else why(case, proposal),
+    )
+
+
+def _likely(suspects: Mapping[Suspect, float]) -> str:
+    """Return suspects with how likely they are, those of whom nothing speaks left out."""
+    return ", ".join(
+        f"{suspect} {weight:.0%}".replace("%", " %") for suspect, weight in suspects.items() if weight > 0.005
     )
 
 

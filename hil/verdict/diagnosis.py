@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from aero.channels import Channel
 from hil.recordings.recording import Header
+from hil.targets.hands_file import IN_SOFTWARE
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.findings import Finding
 from hil.verdict.parts import Suspect, listed, place
@@ -77,3 +79,15 @@ def command_again(header: Header) -> str:
     """Return the command that made a recording, without the path of its program; empty where a program made it."""
     program, _, rest = header.command.partition(" ")
     return f"{Path(program).name} {rest}" if header.command else ""
+
+
+def command_of_case(header: Header | None, folder: Path | None) -> str:
+    """Return the command that takes a failed run up; of a hand that is gone with its program there is none.
+
+    Args:
+        header: of a recording of the run.
+        folder: of its case; the latest run's when None.
+    """
+    if header is None or header.target in IN_SOFTWARE:
+        return ""
+    return shlex.join(["aero-hil", "diagnose", *([] if folder is None else [str(folder)]), "--hil", header.target])

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Header, Recording
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, that_show
-from hil.verdict.diagnosis import Diagnosis, NextStep, command_again
+from hil.verdict.diagnosis import LEADING, Diagnosis, NextStep, command_again, command_of_case
 from hil.verdict.failures import Failures
 from hil.verdict.findings import Finding, Why, Withheld, failed
 from hil.verdict.firmware_version import reads_as
@@ -113,12 +113,17 @@ class Judge:
                 if (metric.name, subject) not in known and reading(measured, subject, metric.name) is not None:
                     yield Withheld(measuring.name, metric.name, subject, metric.words, Why.NO_LIMIT)
 
-    def judged(self, run: Validation) -> Validation:
-        """Return a run whose experiments and session are judged, with what concerns it as a whole."""
-        run = _busy(replace(run, driver=self.driver(run), alike=self.alike(run.results)))
-        return run if run.passed else replace(run, diagnosis=self.diagnosis(run))
+    def judged(self, run: Validation, folder: Path | None = None) -> Validation:
+        """Return a run whose experiments and session are judged, with what concerns it as a whole.
 
-    def diagnosis(self, run: Validation) -> Diagnosis:
+        Args:
+            run: the run.
+            folder: where its case is written; the latest run's when None.
+        """
+        run = _busy(replace(run, driver=self.driver(run), alike=self.alike(run.results)))
+        return run if run.passed else replace(run, diagnosis=self.diagnosis(run, folder))
+
+    def diagnosis(self, run: Validation, folder: Path | None = None) -> Diagnosis:
         """Return what the failures of a run leave suspected.
 
         Nothing is known where a person or the guard's refusal ended it.
@@ -139,7 +144,7 @@ class Judge:
         if not case.suspects:
             # What ended the run says itself what happened.
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
-        return _told(run, case, found)
+        return _told(run, case, found, folder)
 
     def signs_of(self, run: Validation) -> RunSigns:
         """Return what the rules read of a run; what was not judged is evidence of nothing."""
@@ -227,10 +232,11 @@ def _asks(name: str) -> bool:
     return name in EXPERIMENTS and EXPERIMENTS[name].asks
 
 
-def _told(run: Validation, case: DiagnosisCase, found: Sequence[Clue]) -> Diagnosis:
+def _told(run: Validation, case: DiagnosisCase, found: Sequence[Clue], folder: Path | None) -> Diagnosis:
     """Return what is said of a case: its leading suspects, with the clues and findings that speak for them."""
     bare = Diagnosis(case.suspects)
     speaking = [clue for clue in found if not clue.weights.keys().isdisjoint(bare.leading)]
+    mainly = [clue for clue in speaking if any(_is_main(clue, suspect) for suspect in bare.leading)]
     accounted = frozenset[Key]().union(*(clue.accounts_for for clue in speaking))
 
     def speaks(finding: Finding) -> bool:
@@ -241,7 +247,7 @@ def _told(run: Validation, case: DiagnosisCase, found: Sequence[Clue]) -> Diagno
     recordings = {name: result.recording for name, result in ran}
     return replace(
         bare,
-        clues=tuple(dict.fromkeys(clue.seen for clue in speaking)),
+        clues=tuple(dict.fromkeys(clue.seen for clue in mainly or speaking)),
         observations=tuple(
             f"{(words := subject_words(channel.label))[0].upper()}{words[1:]}: {seen}"
             for channel in bare.channels
@@ -250,16 +256,14 @@ def _told(run: Validation, case: DiagnosisCase, found: Sequence[Clue]) -> Diagno
         evidence=tuple(finding for finding in off if speaks(finding)),
         unexplained=tuple(finding for finding in off if not speaks(finding)),
         case=case,
-        step=NextStep(off[0].remedy) if proposal is None else NextStep(proposal.text, _diagnose(run)),
+        step=NextStep(off[0].remedy)
+        if proposal is None
+        else NextStep(proposal.text, command_of_case(run.header, folder)),
     )
 
 
-def _diagnose(run: Validation) -> str:
-    """Return the command that takes a failed run up; of a hand that is gone with its program there is none."""
-    header = run.header
-    if header is None or header.target == "emulated":
-        return ""
-    return f"aero-hil diagnose --hil {shlex.quote(header.target)}"
+def _is_main(clue: Clue, suspect: Suspect) -> bool:
+    return clue.weights.get(suspect, 0.0) >= LEADING * max(clue.weights.values())
 
 
 def _again(run: Validation) -> NextStep | None:

@@ -100,7 +100,7 @@ def validate(
                 results[name] = judge.experiment(EXPERIMENTS[name], recording)
                 on_result(so_far())
         whole = session.finish(ended=end.error is None)
-    return judge.judged(replace(so_far(end), session=whole, whole_run=judge.link(whole)))
+    return judge.judged(replace(so_far(end), session=whole, whole_run=judge.link(whole)), folder)
 
 
 @contextmanager

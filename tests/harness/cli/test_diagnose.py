@@ -1,5 +1,6 @@
 """`aero-hil diagnose` goes through the steps of a case, and ends with the part that one has convicted."""
 
+import html
 import re
 from contextlib import contextmanager
 
@@ -53,6 +54,17 @@ def test_where_a_person_sees_nothing_the_experiments_are_run(folder, monkeypatch
     assert ended.exit_code == Exit.WITHIN_LIMITS
     assert "leave the hand as it is" in ended.output
     assert (folder / "step-1" / "audit.mcap").is_file()
+    # The page of a step leads back to the case, and opens none of its own.
+    page = html.unescape((folder / "step-1" / "report.html").read_text())
+    assert f"aero-hil diagnose {folder} --hil /dev/nowhere" in page
+    assert not (folder / "step-1" / "case.json").exists()
+
+
+@pytest.mark.parametrize("target", ["emulated", "pty"])
+def test_a_hand_that_is_gone_with_its_program_is_refused(target, folder):
+    ended = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", target])
+    assert ended.exit_code == Exit.USAGE
+    assert "give its port" in ended.output
 
 
 def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):

@@ -1,6 +1,7 @@
 """A case is put down and taken up as it was; a damaged file is refused in one line."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -83,3 +84,10 @@ def test_the_heading_is_what_the_case_came_to_and_each_run_is_linked(name, outco
     page = render_case(CASE_OF_RING.after(Proposal(steps()[name], Channel.RING, Channel.PINKY), outcome))
     assert f"{heading}</h1>" in page
     assert ("step-1/report.html" in page) is linked
+
+
+def test_a_part_for_which_nothing_speaks_is_not_listed():
+    suspects = {**CASE_OF_RING.suspects, Suspect(Part.BUS): 0.0}
+    page = render_case(replace(CASE_OF_RING, suspects=suspects))
+    assert "servo of the ring finger" in page
+    assert " 0 %" not in page

@@ -1,7 +1,13 @@
-"""The command that a run that says nothing is repeated with."""
+"""What is said of a failed run, and the commands that repeat it or go on from it."""
 
+from pathlib import Path
+
+import pytest
+
+from hil import open_target
 from hil.recordings.recording import Header
-from hil.verdict.diagnosis import command_again
+from hil.verdict.diagnosis import command_again, command_of_case
+from hil.verdict.validation import validate
 
 
 def test_what_a_person_interrupted_is_run_again_as_it_was():
@@ -10,3 +16,27 @@ def test_what_a_person_interrupted_is_run_again_as_it_was():
     assert command_again(header) == "aero-hil validate --hil pty"
     in_a_program = Header("audit", "emulated", "right", "0.2.0", "paper", "homed", "reference", 0)
     assert command_again(in_a_program) == ""
+
+
+@pytest.mark.parametrize(
+    ("target", "folder", "command"),
+    [
+        ("/dev/ttyACM0", Path("my run"), "aero-hil diagnose 'my run' --hil /dev/ttyACM0"),
+        ("/dev/ttyACM0", None, "aero-hil diagnose --hil /dev/ttyACM0"),
+        ("pty", Path("run"), ""),
+        ("emulated", Path("run"), ""),
+    ],
+)
+def test_a_case_is_taken_up_where_it_was_written(target, folder, command):
+    header = Header("audit", target, "right", "0.2.0", "paper", "homed", "physical", 0)
+    assert command_of_case(header, folder) == command
+
+
+def test_what_most_channels_share_is_said_once():
+    with open_target(homed=True) as target:
+        target.act("hold")
+        target.hand.home()
+        said = validate(target, ["audit", "holding", "staircase"]).diagnosis
+    assert said.place.startswith("set-up")
+    assert "fail alike" in said.sentence
+    assert "readings of the" not in said.sentence
