@@ -158,7 +158,7 @@ def render_case(case: DiagnosisCase) -> str:
 def _likely(suspects: Mapping[Suspect, float]) -> str:
     """Return suspects with how likely they are, those of whom nothing speaks left out."""
     return ", ".join(
-        f"{suspect} {weight:.0%}".replace("%", " %") for suspect, weight in suspects.items() if weight > 0.005
+        f"{suspect} {weight:.0%}".replace("%", "\u00a0%") for suspect, weight in suspects.items() if weight > 0.005
     )
 
 

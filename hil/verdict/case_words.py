@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from hil.checks.shared.subjects import subject_words
 from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.parts import Part, Suspect, listed
+from hil.verdict.steps import StepOutcome
 
 MEND = {
     Part.COMPUTER: "Use another computer, or close what else runs on this one.",
@@ -33,13 +35,15 @@ def why(case: DiagnosisCase, proposal: Proposal) -> str:
         for outcome in proposal.step.outcomes
         if (suspect := proposal.step.convicted(outcome, proposal.at)) is not None
     ]
-    return f"Suspected: {listed(map(str, case.remaining))}. If {'; if '.join(said)}."
+    proves = f"If {'; if '.join(said)}." if said else "What happened once must fail again before a step can mend it."
+    return f"Suspected: {listed(map(str, case.remaining))}. {proves}"
 
 
 def came_of(done: Done) -> str:
     """Return what was done, and what came of it."""
-    note = f" ({done.note})" if done.note else ""
-    return f"{done.proposal.text} {done.outcome.value[0].upper()}{done.outcome.value[1:]}{note}."
+    note, seen = f" ({done.note})" if done.note else "", done.outcome is StepOutcome.SEEN
+    said = f"no; {done.outcome.value}" if done.proposal.step.asks and not seen else done.outcome.value
+    return f"{done.proposal.text} {said[0].upper()}{said[1:]}{note}."
 
 
 def conclusion(case: DiagnosisCase) -> str:
@@ -47,10 +51,19 @@ def conclusion(case: DiagnosisCase) -> str:
     found: Suspect | None = case.convicted
     if found is not None:
         name = str(found)
-        return f"{name[0].upper()}{name[1:]}. {MEND[found.part]}"
+        return f"{name[0].upper()}{name[1:]}{_now_at(case, found)}. {MEND[found.part]}"
     if case.gone:
         likeliest = listed(map(str, case.remaining))
         return f"The failure is gone, and no part is convicted. If it returns, look first at: {likeliest}."
     if not case.remaining:
         return "Nothing is known."
     return f"Not isolated. What remains: {listed(map(str, case.remaining))}."
+
+
+def _now_at(case: DiagnosisCase, found: Suspect) -> str:
+    """Say where a servo is that was exchanged: a person would replace the good one that is in its place."""
+    where = found.channel
+    for one in (done.proposal for done in case.done if StepOutcome.MOVED in done.proposal.step.outcomes):
+        where = {one.at: one.beside, one.beside: one.at}.get(where, where)
+    moved = found.part is Part.SERVO and where is not None and where is not found.channel
+    return f", which is now at the {subject_words(where.label)}" if moved and where else ""

@@ -1,6 +1,7 @@
 """A case is put down and taken up as it was; a damaged file is refused in one line."""
 
 import json
+import re
 from dataclasses import replace
 
 import pytest
@@ -10,9 +11,9 @@ from hypothesis import strategies as st
 from aero.channels import Channel
 from hil.recordings.errors import UnusableFileError
 from hil.report.page import render_case
-from hil.verdict.case import DiagnosisCase, Proposal
+from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.case_file import CASE, HandOfCase, case_of, read_case, table_of, write_case
-from hil.verdict.case_words import MEND, conclusion
+from hil.verdict.case_words import MEND, came_of, conclusion, why
 from hil.verdict.failures import Failures
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import StepOutcome, steps
@@ -58,7 +59,7 @@ def test_page_and_words_show_the_part_and_the_chain(tmp_path):
     write_case(tmp_path, MOVED, HAND)
     case, _ = read_case(tmp_path)
     assert case.convicted == Suspect(Part.SERVO, Channel.RING)
-    assert conclusion(case) == "Servo of the ring finger. Replace this servo."
+    assert conclusion(case) == "Servo of the ring finger, which is now at the pinky finger. Replace this servo."
     page = render_case(case)
     said = ("Replace this servo.", "let it home", "The failure went along (both have one label).")
     assert all(text in page for text in said)
@@ -90,4 +91,18 @@ def test_a_part_for_which_nothing_speaks_is_not_listed():
     suspects = {**CASE_OF_RING.suspects, Suspect(Part.BUS): 0.0}
     page = render_case(replace(CASE_OF_RING, suspects=suspects))
     assert "servo of the ring finger" in page
-    assert " 0 %" not in page
+    assert " 0\u00a0%" not in page
+
+
+@pytest.mark.parametrize("step", steps().values(), ids=lambda step: step.name)
+def test_every_step_says_why_in_whole_sentences(step):
+    said = why(CASE_OF_RING, Proposal(step, Channel.RING, Channel.PINKY))
+    assert not re.search(r"If[ ;]*\.", said)
+    assert said.endswith(".")
+
+
+def test_what_was_answered_is_said_with_what_came_of_it():
+    look = Proposal(steps()["look"], Channel.RING, Channel.PINKY)
+    assert came_of(Done(look, StepOutcome.STAYS, "alike")).endswith("? No; the failure stays (alike).")
+    assert came_of(Done(look, StepOutcome.SEEN)).endswith("? Yes.")
+    assert came_of(Done(Proposal(steps()["power"]), StepOutcome.GONE)).endswith(". The failure is gone.")
