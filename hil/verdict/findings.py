@@ -52,7 +52,7 @@ class Why(Enum):
     """Why a reading was not judged; the values are for people, inside a sentence."""
 
     HELD_UP = "this computer was held up"
-    LATE_THROUGHOUT = "this computer was late throughout"
+    LATE_THROUGHOUT = "this computer or its link was late throughout"
     LATE_SAMPLES = "too many readings came late"
     """On virtual time, where no computer is late: the link's replies were."""
     NO_BYTES = "the recording holds no bytes of the link"

@@ -71,7 +71,7 @@ RISE = replace(TABLE, metric="rise_hand_ms", at_most=90.0)
 def test_a_number_whose_samples_came_late_is_not_judged_and_one_that_is_not_measurable_does_not_pass():
     measured = {"index": {}, "ring": {"rise_hand_ms": math.nan}}
     findings, withheld = compare(EXPERIMENTS["staircase"], measured, (RISE,), lambda *_: 0.0, Why.LATE_THROUGHOUT)
-    late = "Index finger: rise time was not judged: this computer was late throughout"
+    late = "Index finger: rise time was not judged: this computer or its link was late throughout"
     assert [one.sentence for one in withheld] == [late]
     assert [(finding.subject, finding.passed) for finding in findings] == [("ring", False)]
 
