@@ -86,6 +86,7 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
             note = str(click.prompt("what was measured or read", default="", show_default=False))
             if seen or not proposal.step.runs:
                 return StepOutcome.SEEN if seen else StepOutcome.STAYS, note
+        freed = proposal.step.frees and click.confirm("was there anything to take away")
         click.echo(f"runs       {_runs(case)}")
         homes = " homes and" if proposal.step.homes else ""
         ready = f"press Enter when it is done and the hand has power; it then{homes} moves, so keep clear"
@@ -100,6 +101,7 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
             opened,
             case,
             proposal,
+            freed=freed,
             folder=folder,
             progress=lambda part, doing: bar.update(task, completed=part, description=doing),
         )

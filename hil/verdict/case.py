@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from aero.channels import Channel
 from hil.checks import ALIKE, DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN
-from hil.verdict.failures import FAR, RUN, Failures
+from hil.verdict.failures import CLEAR, FAR, RUN, Failures
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import BY_CHANCE, OF_ONE, CaseStep, StepOutcome, Way, neighbour, steps, ways
 
@@ -29,8 +29,6 @@ GONE_BELOW, MOVED_FROM = 0.3, 0.4
 LEFT_AT_MOST = 2.0 * FAR
 """Weight of all that fails after a step from which on nothing is gone, however much more failed before."""
 MOST_STEPS = 4
-LITTLE = 2.5
-"""Weight of all that failed below which a healthy hand may have failed by chance."""
 MAY_PASS = 0.2
 """How likely so little passes in another run although nothing was mended."""
 MOST_OF_IT = 0.75
@@ -59,6 +57,11 @@ class Done:
     outcome: StepOutcome
     note: str = ""
     """What a person measured or saw."""
+
+    @property
+    def ends(self) -> bool:
+        """Whether the failure is gone and stays so."""
+        return self.outcome in (StepOutcome.GONE, StepOutcome.FREED) and not self.proposal.step.restores
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,7 @@ class DiagnosisCase:
     @property
     def convicted(self) -> Suspect | None:
         """The suspect that a step has convicted, None where none is."""
-        return _proven(self.likely, self.done)
+        return self._proven(self.likely, self.done)
 
     @property
     def remaining(self) -> tuple[Suspect, ...]:
@@ -122,13 +125,13 @@ class DiagnosisCase:
     @property
     def gone(self) -> bool:
         """Whether the failure is gone after the last step."""
-        return bool(self.done) and self.done[-1].outcome is StepOutcome.GONE
+        return bool(self.done) and self.done[-1].ends
 
     @property
     def _once_by_chance(self) -> bool:
         """Whether what failed may have happened once: it must fail again before a step can mend it."""
         once = any(experiment in (WHOLE_RUN.name, RUN) for experiment, _, _ in self.before.off)
-        return once or self.before.weight(self.before.off) < LITTLE
+        return once or self.before.weight(self.before.off) < CLEAR
 
     def after(self, proposal: Proposal, outcome: StepOutcome, note: str = "") -> DiagnosisCase:
         """Return the case with one more step done."""
@@ -151,10 +154,26 @@ class DiagnosisCase:
                     found.append(Proposal(step, at, None if at is None else neighbour(at, failing)))
         return found
 
+    def _proven(self, likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | None:
+        """Return the likeliest suspect that an outcome proves, None where those proven are not likely enough together.
+
+        Two digits may be at fault together, as where their cables are exchanged.
+        """
+        found = {one.proposal.step.convicted(one.outcome, one.proposal.at): one.outcome for one in done}
+        proven = [s for s in likely if any(f and f.part is s.part and f.channel in (None, s.channel) for f in found)]
+        if not proven:
+            return None
+        together = sum(likely[s] for s in proven if s.part is proven[0].part) >= SURE_TOGETHER
+        if found.get(proven[0]) is not StepOutcome.STAYS:
+            return proven[0] if together or likely[proven[0]] >= SURE else None
+        # What stays may be a third part's, which nobody thought of; a little may be a healthy hand's.
+        clear = self.before.weight(self.before.off) >= CLEAR
+        return proven[0] if clear and (together or likely[proven[0]] >= SURE_OF_THE_REST) else None
+
     def _given(
         self, weights: Mapping[tuple[Suspect, Way], float], proposal: Proposal, outcome: StepOutcome
     ) -> dict[tuple[Suspect, Way], float]:
-        chance = MAY_PASS if self.before.weight(self.before.off) < LITTLE else BY_CHANCE
+        chance = MAY_PASS if self.before.weight(self.before.off) < CLEAR else BY_CHANCE
         return {
             (suspect, way): weight * proposal.step.likelihood(outcome, way, suspect.channel, proposal.at, chance)
             for (suspect, way), weight in weights.items()
@@ -169,7 +188,7 @@ class DiagnosisCase:
             chance = sum(joint.values())
             after = _of_suspects(joint)
             gained += chance * (_bits(self.likely) - _bits(after))
-            convicts += chance * (_proven(after, (*self.done, Done(proposal, outcome))) is not None)
+            convicts += chance * (self._proven(after, (*self.done, Done(proposal, outcome))) is not None)
         return (gained + convicts) / (step.minutes + HANDLING + (FETCHING if step.tool else 0.0))
 
 
@@ -200,12 +219,15 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     """
     step, at, beside = proposal.step, proposal.at, proposal.beside
     measured = before.weight(key for key in before.off if key in after.known or key[0] == RUN)
-    gone = StepOutcome.GONE if measured >= MOST_OF_IT * before.weight(before.off) else None
+    gone: StepOutcome | None = StepOutcome.GONE
+    if measured < MOST_OF_IT * before.weight(before.off):
+        # A run that ended at its first gate measures little of what failed, and may fail worse.
+        gone = StepOutcome.STAYS if after.off else None
     if at is None or beside is None:
         # Bytes that are lost by chance are lost less often in one run than in another.
         again = any(key[0] in (WHOLE_RUN.name, RUN) for key in before.off.keys() & after.off.keys())
         subjects = {subject for _, _, subject in before.off} - {"hand"}
-        same = [key for key in after.off if key in before.off or key[2] in subjects]
+        same = [key for key in after.off if key in before.off or key[2] in subjects or key[0] == RUN]
         # A hand that has worked is warmer, one that has homed has other zeros: a little elsewhere is not the failure.
         little = after.weight(same) < GONE_BELOW * before.weight(before.off) and after.weight(after.off) < LEFT_AT_MOST
         return gone if little and not again else StepOutcome.STAYS
@@ -218,21 +240,6 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     if StepOutcome.MOVED in step.outcomes and along >= MOVED_FROM * was > here:
         return StepOutcome.MOVED
     return gone if here < min(GONE_BELOW * was, LEFT_AT_MOST) and along < LEFT_AT_MOST else StepOutcome.STAYS
-
-
-def _proven(likely: Mapping[Suspect, float], done: Sequence[Done]) -> Suspect | None:
-    """Return the likeliest suspect that an outcome proves, None where those proven are not likely enough together.
-
-    Two digits may be at fault together, as where their cables are exchanged.
-    """
-    found = {one.proposal.step.convicted(one.outcome, one.proposal.at): one.outcome for one in done}
-    proven = [s for s in likely if any(f and f.part is s.part and f.channel in (None, s.channel) for f in found)]
-    if not proven:
-        return None
-    together = sum(likely[s] for s in proven if s.part is proven[0].part) >= SURE_TOGETHER
-    # What stays may be a third part's, which nobody thought of.
-    stays = found.get(proven[0], StepOutcome.SEEN) is StepOutcome.STAYS
-    return proven[0] if together or likely[proven[0]] >= (SURE_OF_THE_REST if stays else SURE) else None
 
 
 def _of_suspects(weights: Mapping[tuple[Suspect, Way], float]) -> dict[Suspect, float]:

@@ -30,10 +30,13 @@ def rerun(
     case: DiagnosisCase,
     proposal: Proposal,
     *,
+    freed: bool = False,
     folder: Path | None = None,
     progress: Progress = silent,
 ) -> tuple[StepOutcome | None, Validation]:
     """Run what shows the failure of a case, and return what became of it after a step; None where that is not known.
+
+    `freed` says that something that touched the hand was taken away for it.
 
     Raises:
         OSError: a recording cannot be begun.
@@ -47,7 +50,7 @@ def rerun(
         _prepare(target)
         run = validate(target, case.ran, folder=folder, from_opening=False, progress=progress)
         outcome = outcome_of_run(judge, case.before, proposal, run)
-    return outcome, run
+    return StepOutcome.FREED if freed and outcome is StepOutcome.GONE else outcome, run
 
 
 def _prepare(target: Target, *, homes: bool = False) -> None:

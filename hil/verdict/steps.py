@@ -21,6 +21,7 @@ class StepOutcome(Enum):
 
     GONE = "the failure is gone"
     STAYS = "the failure stays"
+    FREED = "the failure is gone, and something was taken away"
     MOVED = "the failure went along"
     SEEN = "yes"
 
@@ -56,6 +57,10 @@ class CaseStep:
     tool: str = ""
     homes: bool = False
     """Whether the program homes the hand after it."""
+    frees: bool = False
+    """Whether the person takes away what touches the hand, and says whether there was something."""
+    restores: bool = False
+    """Whether the person puts all back as it was, so that the failure is there again."""
     after_homing: bool = False
     """Whether homing alone must have changed nothing before, where that may mend a suspect."""
 
@@ -132,6 +137,8 @@ def steps() -> Mapping[str, CaseStep]:
             {StepOutcome[outcome.upper()]: Part[part.upper()] for outcome, part in row["convicts"].items()},
             row.get("tool", ""),
             row.get("homes", False),
+            row.get("frees", False),
+            row.get("restores", False),
             row.get("after_homing", False),
         )
         for name, row in _table()["steps"].items()

@@ -14,7 +14,7 @@ from aero.errors import DesyncError
 from aero.safety import SafetyReason
 from hil.checks.shared.subjects import subject_words
 from hil.faults.fault import Part
-from hil.verdict.failures import FAR, Failures
+from hil.verdict.failures import CLEAR, FAR, Failures
 from hil.verdict.limits import Key
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import EndKind, RunEnd
@@ -65,8 +65,8 @@ CURRENTS = (*PULLS, "staircase/friction", "audit/pull")
 """Readings in ampere."""
 TRAVEL = ("excursion/fist_travel", "coupling/stop_abducted", "coupling/stop_without_abduction")
 """Readings of how far a channel comes."""
-CLEAR, VAGUE = 4.5, 0.06
-"""Weight of what fails on a channel from which on it is the channel's, and how likely each shared part is below it."""
+VAGUE = 0.06
+"""How likely each shared part is where what fails on a channel is not clear."""
 OPPOSED = -6.0
 """Excess of a current below which it has the other sign: one that is zero is less far off."""
 UNLOADED = -2.2
@@ -176,9 +176,10 @@ def late(signs: RunSigns) -> Iterable[Clue]:
         yield Clue("the program held up its own poll of the hand", _all(signs), _hand(computer=0.9))
     if trips:
         spoilt = signs.failures.keys(lambda check, _: check in OF_OLD_TELEMETRY)
-        # Where each reply comes in time and the readings are old, a loop of the board may be slow.
-        slow = 0.15 if signs.failures.hand("presence/round_trip") else 0.3
-        yield Clue("replies come late", spoilt, _hand(usb=0.45, computer=0.2, bus=0.15, board=slow))
+        # Where each reply comes in time and the readings are old, a loop of the board may be slow, or its bus.
+        old = _hand(usb=0.3, computer=0.1, bus=0.25, board=0.35)
+        slow = _hand(usb=0.45, computer=0.2, bus=0.15, board=0.15)
+        yield Clue("replies come late", spoilt, slow if signs.failures.hand("presence/round_trip") else old)
     elif delayed or signs.failures.hand("response/command_to_motion"):
         yield Clue("the hand moves late after its commands", own, _hand(usb=0.4, bus=0.3, board=0.3))
 
@@ -232,7 +233,11 @@ def alike_on_many(signs: RunSigns) -> Iterable[Clue]:
     }
     own = signs.failures.keys(lambda check, _: check in shared)
     if own:
-        yield Clue("most channels fail alike", own, _hand(setup=0.4, board=0.25, supply=0.15, driver=0.1, bus=0.1))
+        yield Clue(
+            "most channels fail alike",
+            own,
+            _hand(setup=0.38, board=0.23, supply=0.14, driver=0.1, bus=0.1, computer=0.05),
+        )
 
 
 def several_channels(signs: RunSigns) -> Iterable[Clue]:
@@ -240,7 +245,7 @@ def several_channels(signs: RunSigns) -> Iterable[Clue]:
     own = {channel: keys for channel in Channel if (keys := _own(signs.failures, channel))}
     # The thumb's channels lean on each other.
     if len(own.keys() - THUMB) + bool(own.keys() & THUMB) >= MANY:
-        shared = _hand(bus=0.25, supply=0.25, setup=0.2, board=0.2, usb=0.05, driver=0.05)
+        shared = _hand(bus=0.25, supply=0.25, setup=0.2, board=0.15, usb=0.05, driver=0.05, computer=0.05)
         yield Clue("several channels fail", frozenset().union(*own.values()), {s: 0.4 * w for s, w in shared.items()})
 
 

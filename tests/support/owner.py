@@ -13,7 +13,7 @@ from hil.faults.fault import FaultLayer, Injection, Part
 from hil.faults.mechanics import JOINTS
 from hil.faults.servo import servo_of
 from hil.faults.winding import NEIGHBOUR
-from hil.faults.workbench import Workbench
+from hil.faults.workbench import BEFORE_THE_BOARD, Workbench
 from hil.targets.opening import open_target
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.parts import Suspect
@@ -30,11 +30,12 @@ ACTS = {
     "computer": ("replace computer",),
     "release": ("replace driver",),
     "cable": ("replace usb",),
-    "plugs": ("replace bus",),
     "exchange": ("exchange_servos {at} {beside}",),
 }
 """What an owner does for a step, as the prompt of `emulate` takes it."""
-WAITS = {"again", "power", "computer", "release", "cable", "plugs", "flash", "exchange"}
+REPLACED = {"flash": "board", "supply": "bus"}
+"""What is replaced where the answer was no."""
+WAITS = {"again", "power", "host", "computer", "release", "cable", "supply", "flash", "exchange"}
 """Steps after which the board is given the time that a person takes, as where it starts anew or homes by itself."""
 CLOSED, CLOSING_S = 65535, 2
 """The code of a closed channel, and how long the owner watches the voltmeter while the hand closes, s."""
@@ -104,25 +105,42 @@ class Owner:
     def __init__(self, target):
         self.target = target
         self.bench = target.get(Workbench)
+        self.freed = False
+        self._set_aside = ()
 
     def does(self, proposal):
         """Do a step; return the answer where it asks, None where what shows the failure is to be run."""
         step = proposal.step
+        touching = self._touching()
+        if step.name == "host":
+            self._set_aside = [fault for fault in self.bench.present if fault.part in BEFORE_THE_BOARD]
+            for fault in self._set_aside:
+                self.bench._take(fault)
         for words in ACTS.get(step.name, ()):
             at, beside = ("" if one is None else one.label for one in (proposal.at, proposal.beside))
             self.target.act(words.format(at=at, beside=beside))
+        self.freed = step.frees and self._touching() != touching
         if step.asks and self._sees(step.name, proposal.at):
             return StepOutcome.SEEN
-        if step.name == "flash":
-            self.target.act("replace board")
+        if step.name in REPLACED:
+            self.target.act(f"replace {REPLACED[step.name]}")
         if step.name in WAITS:
             self._wait()
         return None if step.runs else StepOutcome.STAYS
 
+    def puts_back(self):
+        """Put back what was set aside for a step."""
+        for fault in self._set_aside:
+            self.bench._put(fault)
+        self._set_aside = ()
+
+    def _touching(self):
+        return self.bench.present, self.bench._held
+
     def _sees(self, name, at):
         return {
             "look": lambda: self._notices(at),
-            "voltage": self._measures_low,
+            "supply": self._measures_off,
             "flash": self._reads_another_version,
             "registers": self._reads_other_registers,
         }[name]()
@@ -149,24 +167,24 @@ class Owner:
         wound = [fault for fault in self.bench.present if fault.fault.layer is FaultLayer.WINDING]
         return any(at in _about(fault) for fault in wound)
 
-    def _measures_low(self):
+    def _measures_off(self):
         """Measure with the hand open, then while it closes."""
-        low = self._is_low()
+        off = self._is_off()
         for level in (CLOSED, 0):
             with suppress(AeroError, OSError):
                 self.target.hand.command_codes([level] * len(Channel))
             for _ in range(CLOSING_S * 20):
                 self.target.clock.sleep_until(self.target.clock.now() + 0.05)
-                low |= self._is_low()
-        return low
+                off |= self._is_off()
+        return off
 
-    def _is_low(self):
+    def _is_off(self):
         """Compare what a meter shows with what the healthy supply would give under the same load."""
         assembly = self.bench.assembly
         is_, was = assembly.unit.hand, assembly.healthy.hand
         lost = 1.0 - assembly.mechanics.compiled.supply / is_.supply_ratio
         usual = was.supply_ratio * (1.0 - (lost * was.supply_sag / is_.supply_sag if is_.supply_sag else 0.0))
-        return self.bench.volts() < 0.95 * assembly.healthy.servos.voltage * usual
+        return abs(self.bench.volts() / (assembly.healthy.servos.voltage * usual) - 1.0) > 0.05
 
     def _reads_another_version(self):
         assembly, named = self.bench.assembly, (self.target.firmware, self.target.side)
@@ -209,7 +227,8 @@ def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, hand:
                 if outcome is None:
                     with suppress(AeroError, OSError):
                         target.hand.resynchronise()  # as where it is opened again
-                    outcome, after = rerun(target, case, proposal)
+                    outcome, after = rerun(target, case, proposal, freed=owner.freed)
+                    owner.puts_back()
                     if outcome is None:
                         break
                     broken |= proposal.step.name == "again" and after.passed

@@ -50,7 +50,7 @@ def emulated(_hand):
 
 def test_where_a_person_sees_nothing_the_experiments_are_run(folder, monkeypatch):
     monkeypatch.setattr(diagnose, "open_hand", emulated)
-    ended = diagnosed(folder, "n\n\n\n")
+    ended = diagnosed(folder, "n\n\ny\n\n")
     assert ended.exit_code == Exit.WITHIN_LIMITS
     assert "leave the hand as it is" in ended.output
     assert (folder / "step-1" / "audit.mcap").is_file()
@@ -73,14 +73,14 @@ def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):
 
     monkeypatch.setattr(diagnose, "open_hand", emulated)
     monkeypatch.setattr(validation, "_run", interrupt)
-    ended = diagnosed(folder, "n\n\n\n" * 2)
+    ended = diagnosed(folder, "n\n\nn\n\n" * 2)
     assert ended.output.count("next step") == 1
     assert read_case(folder)[0].done == ()
     assert "Open case" in (folder / "case.html").read_text()
 
 
 def test_before_the_hand_moves_it_is_said_with_how_long(folder):
-    said = " ".join(diagnosed(folder, "n\n\n").output.split())
+    said = " ".join(diagnosed(folder, "n\n\nn\n").output.split())
     assert re.search(r"runs presence, audit \(\d+ s\)", said)
     assert "the hand has power; it then homes and moves, so keep clear" in said
 

@@ -101,7 +101,25 @@ def test_homing_that_mends_a_channel_that_was_limited_leaves_its_servo_suspected
     assert case.convicted is None
     assert case.next_step is None
     assert set(case.remaining) == {Suspect(Part.SETUP), Suspect(Part.SERVO, Channel.RING)}
-    assert played(DiagnosisCase(on("ring"), RING), {"look": StepOutcome.GONE}).convicted == Suspect(Part.SETUP)
+    assert played(DiagnosisCase(on("ring"), RING), {"look": StepOutcome.GONE}).convicted is None
+
+
+def test_what_goes_with_something_that_was_taken_away_is_the_set_ups():
+    assert played(DiagnosisCase(on("ring"), RING), {"look": StepOutcome.FREED}).convicted == Suspect(Part.SETUP)
+
+
+def test_a_failure_that_another_host_does_not_show_is_there_again_and_is_split():
+    case = DiagnosisCase(on("ring"), {Suspect(Part.COMPUTER): 0.2, Suspect(Part.DRIVER): 0.4, Suspect(Part.USB): 0.4})
+    case = case.after(Proposal(steps()["host"]), StepOutcome.GONE)
+    assert not case.gone
+    assert case.convicted is None
+    assert case.next_step.step.name in ("cable", "computer", "release")
+    assert played(case, {"release": StepOutcome.GONE}).convicted == Suspect(Part.DRIVER)
+
+
+def test_a_little_that_stays_convicts_no_digit():
+    little = DiagnosisCase(Failures({("staircase", "spring", "ring"): 3.0}), RING)
+    assert played(little, {}).convicted is None
 
 
 def test_a_little_that_failed_may_be_a_busy_computers_and_is_seen_again_first():
@@ -189,7 +207,7 @@ def test_a_failure_on_both_channels_has_not_gone_along():
 
 
 def test_a_plug_is_not_convicted_of_what_a_board_may_have_forgotten_without_power():
-    plugs = Proposal(steps()["plugs"])
+    plugs = Proposal(steps()["supply"])
     for bus, convicted in ((0.3, None), (0.7, Suspect(Part.BUS))):
         case = DiagnosisCase(on("ring"), {Suspect(Part.BUS): bus, Suspect(Part.BOARD): 1.0 - bus})
         assert case.after(plugs, StepOutcome.GONE).convicted == convicted
