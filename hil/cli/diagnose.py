@@ -56,7 +56,11 @@ def diagnose(*, folder: Path, port: str) -> None:
     while (proposal := case.next_step) is not None:
         out.print(f"why        {why(case, proposal)}")
         out.print(f"next step  {asked(proposal)}")
-        outcome, note = _taken(hand, case, proposal, folder / f"step-{len(case.done) + 1}")
+        try:
+            outcome, note = _taken(hand, case, proposal, folder / f"step-{len(case.done) + 1}")
+        except KeyboardInterrupt:
+            out.print("the case is put down; the same command takes it up, at this step")
+            raise
         if outcome is None:
             out.print("this run says nothing about the hand, as where this computer was busy; the step is asked again")
             continue
@@ -109,7 +113,7 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
     go_on = NextStep(GO_ON, shlex.join(["aero-hil", "diagnose", str(folder.parent), "--hil", hand.target]))
     write_results(replace(done, diagnosis=replace(done.diagnosis, case=None, step=go_on)), folder)
     if done.end.kind is EndKind.INTERRUPTED and done.end.error is not None:
-        raise done.end.error  # the case is put down, and the step asked again when it is taken up
+        raise done.end.error
     return outcome, note
 
 

@@ -75,6 +75,7 @@ def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):
     monkeypatch.setattr(validation, "_run", interrupt)
     ended = diagnosed(folder, "n\n\nn\n\n" * 2)
     assert ended.output.count("next step") == 1
+    assert "takes it up" in ended.output
     assert read_case(folder)[0].done == ()
     assert "Open case" in (folder / "case.html").read_text()
 
@@ -88,5 +89,6 @@ def test_before_the_hand_moves_it_is_said_with_how_long(folder):
 def test_a_case_that_is_put_down_is_taken_up_where_it_was(folder):
     put_down = diagnosed(folder, "n\n")
     assert put_down.exit_code not in (Exit.WITHIN_LIMITS, Exit.OUT_OF_LIMITS)
+    assert "takes it up" in put_down.output
     assert read_case(folder)[0].done == ()
     assert diagnosed(folder, "y\n\n").exit_code == Exit.OUT_OF_LIMITS
