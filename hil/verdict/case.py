@@ -159,8 +159,12 @@ class DiagnosisCase:
 
         Two digits may be at fault together, as where their cables are exchanged.
         """
-        found = {one.proposal.step.convicted(one.outcome, one.proposal.at): one.outcome for one in done}
-        proven = [s for s in likely if any(f and f.part is s.part and f.channel in (None, s.channel) for f in found)]
+        found = {
+            suspect: one.outcome
+            for one in done
+            for suspect in one.proposal.step.convicted(one.outcome, one.proposal.at)
+        }
+        proven = [s for s in likely if any(f.part is s.part and f.channel in (None, s.channel) for f in found)]
         if not proven:
             return None
         together = sum(likely[s] for s in proven if s.part is proven[0].part) >= SURE_TOGETHER

@@ -31,9 +31,9 @@ def asked(proposal: Proposal) -> str:
 def why(case: DiagnosisCase, proposal: Proposal) -> str:
     """Return why a step comes next: what its outcomes would prove."""
     said = [
-        f"{outcome.value}: {suspect}"
+        f"{outcome.value}: {listed(map(str, suspects))}"
         for outcome in proposal.step.outcomes
-        if (suspect := proposal.step.convicted(outcome, proposal.at)) is not None
+        if (suspects := proposal.step.convicted(outcome, proposal.at))
     ]
     proves = f"If {'; if '.join(said)}." if said else "What happened once must fail again before a step can mend it."
     return f"Suspected: {listed(map(str, case.remaining))}. {proves}"

@@ -52,8 +52,8 @@ class CaseStep:
     """Of the person's time."""
     likely: Mapping[Way, Mapping[StepOutcome, float]]
     """By the way of being at fault, how likely each outcome is; the rest is `STAYS`."""
-    convicts: Mapping[StepOutcome, Part]
-    """The part that an outcome proves."""
+    convicts: Mapping[StepOutcome, tuple[Part, ...]]
+    """The parts of which an outcome proves the likelier."""
     tool: str = ""
     homes: bool = False
     """Whether the program homes the hand after it."""
@@ -101,10 +101,9 @@ class CaseStep:
         )
         return likely[outcome] / sum(likely.values())
 
-    def convicted(self, outcome: StepOutcome, at: Channel | None) -> Suspect | None:
-        """Return the suspect that an outcome proves at a channel, None where it proves none."""
-        part = self.convicts.get(outcome)
-        return None if part is None else Suspect(part, at if part in OF_ONE else None)
+    def convicted(self, outcome: StepOutcome, at: Channel | None) -> tuple[Suspect, ...]:
+        """Return the suspects of which an outcome proves the likelier at a channel."""
+        return tuple(Suspect(part, at if part in OF_ONE else None) for part in self.convicts.get(outcome, ()))
 
     def text(self, at: Channel | None, beside: Channel | None) -> str:
         """Return what the person does at a channel."""
@@ -134,7 +133,10 @@ def steps() -> Mapping[str, CaseStep]:
                 for words, of in row["likely"].items()
                 for way in _named(words)
             },
-            {StepOutcome[outcome.upper()]: Part[part.upper()] for outcome, part in row["convicts"].items()},
+            {
+                StepOutcome[outcome.upper()]: tuple(Part[part.upper()] for part in parts)
+                for outcome, parts in row["convicts"].items()
+            },
             row.get("tool", ""),
             row.get("homes", False),
             row.get("frees", False),

@@ -13,7 +13,7 @@ from hil.faults.fault import FaultLayer, Injection, Part
 from hil.faults.mechanics import JOINTS
 from hil.faults.servo import servo_of
 from hil.faults.winding import NEIGHBOUR
-from hil.faults.workbench import BEFORE_THE_BOARD, Workbench
+from hil.faults.workbench import Workbench
 from hil.targets.opening import open_target
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.parts import Suspect
@@ -27,7 +27,6 @@ ACTS = {
     "power": ("power_off", "power_on"),
     "home": ("let_go",),
     "look": ("let_go",),
-    "computer": ("replace computer",),
     "release": ("replace driver",),
     "cable": ("replace usb",),
     "exchange": ("exchange_servos {at} {beside}",),
@@ -35,7 +34,7 @@ ACTS = {
 """What an owner does for a step, as the prompt of `emulate` takes it."""
 REPLACED = {"flash": "board", "supply": "bus"}
 """What is replaced where the answer was no."""
-WAITS = {"again", "power", "host", "computer", "release", "cable", "supply", "flash", "exchange"}
+WAITS = {"again", "power", "computer", "release", "cable", "supply", "flash", "exchange"}
 """Steps after which the board is given the time that a person takes, as where it starts anew or homes by itself."""
 CLOSED, CLOSING_S = 65535, 2
 """The code of a closed channel, and how long the owner watches the voltmeter while the hand closes, s."""
@@ -112,8 +111,8 @@ class Owner:
         """Do a step; return the answer where it asks, None where what shows the failure is to be run."""
         step = proposal.step
         touching = self._touching()
-        if step.name == "host":
-            self._set_aside = [fault for fault in self.bench.present if fault.part in BEFORE_THE_BOARD]
+        if step.name == "computer":
+            self._set_aside = [one for one in self.bench.present if one.part in (Part.COMPUTER, Part.DRIVER)]
             for fault in self._set_aside:
                 self.bench._take(fault)
         for words in ACTS.get(step.name, ()):
