@@ -147,7 +147,7 @@ def _end(result: Validation, folder: Path) -> NoReturn:
         echo(f"what was recorded is in {folder}", err=True)
         raise result.end.error
     code, line = ending(result.end.error)
-    raise Ended(f"{line}; what was recorded is in {folder}", code)
+    raise Ended(f"{line.removesuffix('.')}; what was recorded is in {folder}", code)
 
 
 def ask_on_terminal(question: Question) -> str:

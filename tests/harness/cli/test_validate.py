@@ -148,11 +148,12 @@ def test_a_hand_that_may_not_be_open_at_the_end_is_not_within_limits(monkeypatch
     def stays_closed(hand, **fields):
         with open_hand(hand, **fields) as target:
             yield target
-        raise SafetyStopError("it may still be closed")
+        raise SafetyStopError("it may still be closed.")
 
     monkeypatch.setattr(validation_run, "open_hand", stays_closed)
     run = CliRunner().invoke(main, ["validate", "--only", "presence", "--out", str(tmp_path)])
     assert run.exit_code == 4  # docs/commands.md
+    assert "it may still be closed; what was recorded is in" in run.output
     checks = json.loads((tmp_path / "checks.json").read_text())
     assert "It may still be closed." in json.dumps(checks["findings"])
     page = (tmp_path / "report.html").read_text()
