@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from aero.channels import Channel
 from hil.checks import ALIKE, DEFAULT, DRIVER, EXPERIMENTS, WHOLE_RUN
-from hil.verdict.failures import CLEAR, FAR, RUN, Failures
+from hil.verdict.failures import FAR, RUN, Failures
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import BY_CHANCE, OF_ONE, CaseStep, StepOutcome, Way, neighbour, steps, ways
 
@@ -131,7 +131,7 @@ class DiagnosisCase:
     def _once_by_chance(self) -> bool:
         """Whether what failed may have happened once: it must fail again before a step can mend it."""
         once = any(experiment in (WHOLE_RUN.name, RUN) for experiment, _, _ in self.before.off)
-        return once or self.before.weight(self.before.off) < CLEAR
+        return once or self.before.weight(self.before.off) < FAR
 
     def after(self, proposal: Proposal, outcome: StepOutcome, note: str = "") -> DiagnosisCase:
         """Return the case with one more step done."""
@@ -171,13 +171,13 @@ class DiagnosisCase:
         if found.get(proven[0]) is not StepOutcome.STAYS:
             return proven[0] if together or likely[proven[0]] >= SURE else None
         # What stays may be a third part's, which nobody thought of; a little may be a healthy hand's.
-        clear = self.before.weight(self.before.off) >= CLEAR
+        clear = self.before.weight(self.before.off) >= FAR
         return proven[0] if clear and (together or likely[proven[0]] >= SURE_OF_THE_REST) else None
 
     def _given(
         self, weights: Mapping[tuple[Suspect, Way], float], proposal: Proposal, outcome: StepOutcome
     ) -> dict[tuple[Suspect, Way], float]:
-        chance = MAY_PASS if self.before.weight(self.before.off) < CLEAR else BY_CHANCE
+        chance = MAY_PASS if self.before.weight(self.before.off) < FAR else BY_CHANCE
         return {
             (suspect, way): weight * proposal.step.likelihood(outcome, way, suspect.channel, proposal.at, chance)
             for (suspect, way), weight in weights.items()

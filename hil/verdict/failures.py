@@ -11,10 +11,8 @@ from hil.verdict.limits import Key, Limit, excesses, out_of_limits
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 
 FAR = 4.0
-"""Excess from which on a reading counts no more: how far it is off is no measure of how much it says."""
-CLEAR = 4.5
-"""Weight of what fails from which on it is clear: more than one reading that is far off. Less may be a healthy hand's,
-or another part's that shows most there."""
+"""Excess from which on a reading counts no more: how far it is off is no measure of how much it says. Failures that
+weigh less together may be a healthy hand's, or another part's that shows most there."""
 RUN = "run"
 """Stands for an experiment in the failure of a run that the hand ended."""
 HANDS_FAULT = {EndKind.STOPPED, EndKind.LINK, EndKind.FIRMWARE}

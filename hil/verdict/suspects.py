@@ -14,7 +14,7 @@ from aero.errors import DesyncError
 from aero.safety import SafetyReason
 from hil.checks.shared.subjects import subject_words
 from hil.faults.fault import Part
-from hil.verdict.failures import CLEAR, FAR, Failures
+from hil.verdict.failures import FAR, Failures
 from hil.verdict.limits import Key
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import EndKind, RunEnd
@@ -137,6 +137,8 @@ def falsified_bytes(signs: RunSigns) -> Iterable[Clue]:
     ended = signs.end.kind is EndKind.LINK or signs.end.stop in {SafetyReason.SILENT, SafetyReason.LINK_LOST}
     if isinstance(signs.end.error, ConnectionError):
         yield Clue("the port was gone", _all(signs), _hand(usb=0.75, board=0.15, computer=0.1))
+    elif signs.failures.hand("session/restarts"):
+        return  # a board that restarts answers late, not at all, or with its text
     elif falsified or isinstance(signs.end.error, DesyncError):
         # Nothing mechanical loses bytes; what the damaged replies made of the readings goes with them.
         yield Clue("bytes were lost or altered", _all(signs), _hand(usb=0.7, board=0.15, computer=0.1, bus=0.05))
@@ -290,7 +292,7 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
             # No zero takes all load away.
             setup = 0.03
         # What is a little off may be the work of what all channels share, which shows most on this one.
-        supply = VAGUE if everything < CLEAR else 0.0
+        supply = VAGUE if everything < FAR else 0.0
         board, driver = board + supply, driver + 0.5 * supply
         # What answers only now and then stands still and jumps; nothing mechanical does.
         bus, usb = (0.01 if short else 0.03) + 0.3 * still / everything, 0.1 * jumping / everything
