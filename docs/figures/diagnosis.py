@@ -9,17 +9,19 @@ from random import Random
 from statistics import median
 from typing import NamedTuple
 
+from fourth_strangers import FOURTH
 from more_strangers import MORE
 from owner import Played, play
 from strangers import STRANGERS
+from third_strangers import THIRD
 
 from figures import Rows
 from hil.faults import CATALOGUE
 from hil.faults.fault import Fault, Injection
 from model.geometry import Side
 
-SEED = 440_000
-"""Of what is drawn."""
+SEED = 470_000
+"""Of what is drawn; no rule was mended by these."""
 DRAWN, PAIRS, HEALTHY = 46, 8, 10
 WORKERS = 2
 SIDES: tuple[Side, ...] = ("right", "left")
@@ -45,9 +47,11 @@ def sets() -> tuple[PlayedSet, ...]:
     catalogue = [drawn(fault) for fault in random.sample(list(CATALOGUE.values()), DRAWN)]
     at_once = [(catalogue[2 * i], catalogue[2 * i + 1]) for i in range(PAIRS)]
     return (
-        PlayedSet("faults of the catalogue", 440_000, [(one,) for one in catalogue]),
+        PlayedSet("faults of the catalogue", 470_000, [(one,) for one in catalogue]),
+        PlayedSet("strangers that no rule has seen", 456_000, [(one,) for one in FOURTH]),
         PlayedSet("strangers, by which rules were mended", 440_100, [(_injected(one),) for one in STRANGERS]),
-        PlayedSet("strangers that no rule has seen", 451_000, [(one,) for one in MORE]),
+        PlayedSet("a second set of these", 451_000, [(one,) for one in MORE]),
+        PlayedSet("a third set of these", 452_000, [(one,) for one in THIRD]),
         PlayedSet("two faults at once", 440_200, at_once),
         PlayedSet("none", 440_300, [()] * HEALTHY),
     )
