@@ -24,6 +24,7 @@ from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import HandOfCase, read_case, write_case
 from hil.verdict.case_words import asked, came_of, conclusion, why
 from hil.verdict.diagnosis import NextStep
+from hil.verdict.findings import failed
 from hil.verdict.rerun import AT_LEAST, rerun
 from hil.verdict.run_end import EndKind
 from hil.verdict.steps import StepOutcome
@@ -66,7 +67,7 @@ def diagnose(*, folder: Path, port: str) -> None:
             continue
         case = case.after(proposal, outcome, note)
         _keep(folder, case, about)
-        out.print(f"so         {outcome.value}")
+        out.print(f"so         {outcome.value}{f' ({note})' if note else ''}")
     out.print(conclusion(case), style="bold")
     out.print(str(folder / "case.html"))
     sys.exit(Exit.WITHIN_LIMITS if case.gone else Exit.OUT_OF_LIMITS)
@@ -114,6 +115,9 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
     write_results(replace(done, diagnosis=replace(done.diagnosis, case=None, step=go_on)), folder)
     if done.end.kind is EndKind.INTERRUPTED and done.end.error is not None:
         raise done.end.error
+    if outcome is StepOutcome.GONE and (others := failed(done.findings)):
+        # What a step mended at its channel may not be all that is wrong with the hand.
+        note = "; ".join(filter(None, (note, f"elsewhere {len(others)} checks fail still, so validate again")))
     return outcome, note
 
 

@@ -11,6 +11,7 @@ from aero.channels import Channel
 from aero.exit_code import Exit
 from hil import open_target
 from hil.cli import diagnose, main
+from hil.faults import parse_fault
 from hil.verdict import validation
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import HandOfCase, read_case, write_case
@@ -65,6 +66,17 @@ def test_a_hand_that_is_gone_with_its_program_is_refused(target, folder):
     ended = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", target])
     assert ended.exit_code == Exit.USAGE
     assert "give its port" in ended.output
+
+
+def test_where_other_checks_fail_still_it_is_said_with_what_is_gone(folder, monkeypatch):
+    with open_target(faults=[parse_fault("motor_dead:index")]) as target:
+        run = validation.validate(target, ["audit"])
+    monkeypatch.setattr(diagnose, "open_hand", emulated)
+    monkeypatch.setattr(diagnose, "rerun", lambda *_, **__: (StepOutcome.GONE, run))
+    diagnosed(folder, "n\nalike\nn\n\n")
+    (done,) = read_case(folder)[0].done
+    assert re.fullmatch(r"alike; elsewhere \d+ checks fail still, so validate again", done.note)
+    assert done.note in (folder / "case.html").read_text()
 
 
 def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):
