@@ -14,7 +14,7 @@ from hil.verdict.steps import BY_CHANCE, OF_ONE, CaseStep, StepOutcome, Way, nei
 
 SURE = 0.75
 """Likelihood from which on a suspect that a step convicts is told."""
-SURE_OF_THE_REST = 0.77
+SURE_OF_THE_REST = 0.86
 """The same of one that is convicted because a failure stays."""
 REMAINS = 0.1
 """Likelihood from which on a suspect is named among those that remain."""

@@ -65,6 +65,8 @@ CURRENTS = (*PULLS, "staircase/friction", "audit/pull")
 """Readings in ampere."""
 TRAVEL = ("excursion/fist_travel", "coupling/stop_abducted", "coupling/stop_without_abduction")
 """Readings of how far a channel comes."""
+LEANS = 0.03
+"""How likely the servo, or the digit, of another of the thumb's channels is."""
 VAGUE = 0.06
 """How likely each shared part is where what fails on a channel is not clear."""
 OPPOSED = -6.0
@@ -183,7 +185,8 @@ def late(signs: RunSigns) -> Iterable[Clue]:
         slow = _hand(usb=0.45, computer=0.2, bus=0.15, board=0.15)
         yield Clue("replies come late", spoilt, slow if signs.failures.hand("presence/round_trip") else old)
     elif delayed or signs.failures.hand("response/command_to_motion"):
-        yield Clue("the hand moves late after its commands", own, _hand(usb=0.4, bus=0.3, board=0.3))
+        late_on_all = _hand(usb=0.35, bus=0.25, board=0.25, driver=0.1, computer=0.05)
+        yield Clue("the hand moves late after its commands", own, late_on_all)
 
 
 def another_setting(signs: RunSigns) -> Iterable[Clue]:
@@ -298,6 +301,9 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         bus, usb = (0.01 if short else 0.03) + 0.3 * still / everything, 0.1 * jumping / everything
         board += 0.3 * still / everything
         weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): digit}
+        for other in THUMB - {channel} if channel in THUMB else ():
+            # What one of the thumb's servos does not hold may be seen on another.
+            weights |= {Suspect(Part.SERVO, other): LEANS, Suspect(Part.DIGIT, other): LEANS}
         keys = _all(signs) if ended and alone else own | _with(failures, channel)
         shared = _hand(setup=setup, bus=bus, usb=usb, board=board, driver=driver, supply=supply)
         yield Clue(f"readings of the {subject_words(channel.label)} are off", keys, weights | shared)
