@@ -115,7 +115,7 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
     write_results(replace(done, diagnosis=replace(done.diagnosis, case=None, step=go_on)), folder)
     if done.end.kind is EndKind.INTERRUPTED and done.end.error is not None:
         raise done.end.error
-    if outcome is StepOutcome.GONE and (others := failed(done.findings)):
+    if outcome in (StepOutcome.GONE, StepOutcome.FREED) and (others := failed(done.findings)):
         # What a step mended at its channel may not be all that is wrong with the hand.
         note = "; ".join(filter(None, (note, f"elsewhere {len(others)} checks fail still, so validate again")))
     return outcome, note
