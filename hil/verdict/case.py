@@ -28,6 +28,8 @@ GONE_BELOW, MOVED_FROM = 0.3, 0.4
 """Parts of what failed before that are left where a failure is gone, and found at the neighbour where it went along."""
 LEFT_AT_MOST = 2.0 * FAR
 """Weight of all that fails after a step from which on nothing is gone, however much more failed before."""
+WARMS = "temperature"
+"""Metric that a run changes by itself."""
 MOST_STEPS = 4
 MAY_PASS = 0.2
 """How likely so little passes in another run although nothing was mended."""
@@ -222,6 +224,8 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     None where too little of what failed was measured again to say that it is gone.
     """
     step, at, beside = proposal.step, proposal.at, proposal.beside
+    # A hand that has worked for minutes is warmer: of many runs, each would fail.
+    after = replace(after, off={key: by for key, by in after.off.items() if key in before.off or key[1] != WARMS})
     measured = before.weight(key for key in before.off if key in after.known or key[0] == RUN)
     gone: StepOutcome | None = StepOutcome.GONE
     if measured < MOST_OF_IT * before.weight(before.off):
@@ -232,7 +236,7 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
         again = any(key[0] in (WHOLE_RUN.name, RUN) for key in before.off.keys() & after.off.keys())
         subjects = {subject for _, _, subject in before.off} - {"hand"}
         same = [key for key in after.off if key in before.off or key[2] in subjects or key[0] == RUN]
-        # A hand that has worked is warmer, one that has homed has other zeros: a little elsewhere is not the failure.
+        # One that has homed has other zeros: a little elsewhere is not the failure.
         little = after.weight(same) < GONE_BELOW * before.weight(before.off) and after.weight(after.off) < LEFT_AT_MOST
         return gone if little and not again else StepOutcome.STAYS
 

@@ -65,6 +65,8 @@ CURRENTS = (*PULLS, "staircase/friction", "audit/pull")
 """Readings in ampere."""
 TRAVEL = ("excursion/fist_travel", "coupling/stop_abducted", "coupling/stop_without_abduction")
 """Readings of how far a channel comes."""
+IN_MOTION = {"replay", "response"}
+"""Experiments that say nothing of loads and travel at rest."""
 LEANS = 0.03
 """How likely the servo, or the digit, of another of the thumb's channels is."""
 VAGUE = 0.06
@@ -294,11 +296,18 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         elif failures.excess("staircase/spring", channel.label) < UNLOADED:
             # No zero takes all load away.
             setup = 0.03
+        in_motion = bool(own) and all(experiment in IN_MOTION for experiment, _, _ in own)
+        if in_motion:
+            # No load and no travel is off: what is late or jerky only in fast motion is hardly mechanical.
+            servo, digit, board = 0.5, 0.15, board + 0.1
         # What is a little off may be the work of what all channels share, which shows most on this one.
         supply = VAGUE if everything < FAR else 0.0
         board, driver = board + supply, driver + 0.5 * supply
         # What answers only now and then stands still and jumps; nothing mechanical does.
-        bus, usb = (0.01 if short else 0.03) + 0.3 * still / everything, 0.1 * jumping / everything
+        bus, usb = (
+            (0.01 if short else 0.13 if in_motion else 0.03) + 0.3 * still / everything,
+            0.1 * jumping / everything,
+        )
         board += 0.3 * still / everything
         weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): digit}
         for other in THUMB - {channel} if channel in THUMB else ():
