@@ -209,6 +209,13 @@ def _odd(values):
     return most >= 5 and any(values.count(value) == 1 for value in values)
 
 
+def open_again(hand):
+    """Leave a driver as one that has just opened its port, as an owner's command does after each step."""
+    with suppress(AeroError, OSError):
+        hand.resynchronise()
+    hand._link._text.clear()
+
+
 def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, hand: Side) -> Played:
     """Play one case: validate, then step by step until it ends."""
     start = perf_counter()
@@ -224,8 +231,7 @@ def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, hand:
             while case is not None and (proposal := case.next_step) is not None:
                 outcome = owner.does(proposal)
                 if outcome is None:
-                    with suppress(AeroError, OSError):
-                        target.hand.resynchronise()  # as where it is opened again
+                    open_again(target.hand)
                     outcome, after = rerun(target, case, proposal, freed=owner.freed)
                     owner.puts_back()
                     if outcome is None:
