@@ -20,7 +20,7 @@ from hil.faults import CATALOGUE
 from hil.faults.fault import Fault, Injection
 from model.geometry import Side
 
-SEED = 470_000
+SEED = 480_000
 """Of what is drawn; no rule was mended by these."""
 DRAWN, PAIRS, HEALTHY = 46, 8, 10
 WORKERS = 2
@@ -47,7 +47,7 @@ def sets() -> tuple[PlayedSet, ...]:
     catalogue = [drawn(fault) for fault in random.sample(list(CATALOGUE.values()), DRAWN)]
     at_once = [(catalogue[2 * i], catalogue[2 * i + 1]) for i in range(PAIRS)]
     return (
-        PlayedSet("faults of the catalogue", 470_000, [(one,) for one in catalogue]),
+        PlayedSet("faults of the catalogue", 480_000, [(one,) for one in catalogue]),
         PlayedSet("strangers that no rule has seen", 456_000, [(one,) for one in FOURTH]),
         PlayedSet("strangers, by which rules were mended", 440_100, [(_injected(one),) for one in STRANGERS]),
         PlayedSet("a second set of these", 451_000, [(one,) for one in MORE]),

@@ -20,7 +20,7 @@ REMAINS = 0.1
 """Likelihood from which on a suspect is named among those that remain."""
 SURE_TOGETHER = 0.88
 """The same of suspects of one part that steps convict together."""
-HANDLING, FETCHING = 5.0, 8.0
+HANDLING, FETCHING = 5.0, 6.0
 """What any step costs besides its minutes, and one with a tool again, min: few steps, and without a tool first."""
 WORTH_A_STEP = 0.01
 """Bits a minute from which on a step is worth its time."""
@@ -28,8 +28,8 @@ GONE_BELOW, MOVED_FROM = 0.3, 0.4
 """Parts of what failed before that are left where a failure is gone, and found at the neighbour where it went along."""
 LEFT_AT_MOST = 2.0 * FAR
 """Weight of all that fails after a step from which on nothing is gone, however much more failed before."""
-WARMS = "temperature"
-"""Metric that a run changes by itself."""
+WARMS = (ALIKE.name, "temperature")
+"""Check that work changes by itself, a little."""
 MOST_STEPS = 4
 MAY_PASS = 0.2
 """How likely so little passes in another run although nothing was mended."""
@@ -91,8 +91,8 @@ class DiagnosisCase:
         weights = {
             (s, way): weight * share for s, weight in self.suspects.items() for way, share in ways()[s.part].items()
         }
-        for one in self.done:
-            weights = self._given(weights, one.proposal, one.outcome)
+        for number, one in enumerate(self.done):
+            weights = self._given(weights, one.proposal, one.outcome, self.done[:number])
         scale = sum(weights.values()) or 1.0
         return {key: weight / scale for key, weight in weights.items()}
 
@@ -177,9 +177,18 @@ class DiagnosisCase:
         return proven[0] if clear and (together or likely[proven[0]] >= SURE_OF_THE_REST) else None
 
     def _given(
-        self, weights: Mapping[tuple[Suspect, Way], float], proposal: Proposal, outcome: StepOutcome
+        self,
+        weights: Mapping[tuple[Suspect, Way], float],
+        proposal: Proposal,
+        outcome: StepOutcome,
+        done: Sequence[Done],
     ) -> dict[tuple[Suspect, Way], float]:
-        chance = MAY_PASS if self.before.weight(self.before.off) < FAR else BY_CHANCE
+        """Return the weights after one more step, of what was done before it."""
+        # A little that came again is no chance, but for another servo in its place, which reads a little otherwise.
+        again = (
+            any(one.outcome is StepOutcome.STAYS for one in done) and StepOutcome.MOVED not in proposal.step.outcomes
+        )
+        chance = BY_CHANCE if again or self.before.weight(self.before.off) >= FAR else MAY_PASS
         return {
             (suspect, way): weight * proposal.step.likelihood(outcome, way, suspect.channel, proposal.at, chance)
             for (suspect, way), weight in weights.items()
@@ -190,7 +199,7 @@ class DiagnosisCase:
         likely, step = self._by_way, proposal.step
         gained = convicts = 0.0
         for outcome in step.outcomes:
-            joint = self._given(likely, proposal, outcome)
+            joint = self._given(likely, proposal, outcome, self.done)
             chance = sum(joint.values())
             after = _of_suspects(joint)
             gained += chance * (_bits(self.likely) - _bits(after))
@@ -225,7 +234,8 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     """
     step, at, beside = proposal.step, proposal.at, proposal.beside
     # A hand that has worked for minutes is warmer: of many runs, each would fail.
-    after = replace(after, off={key: by for key, by in after.off.items() if key in before.off or key[1] != WARMS})
+    warm = {key for key, by in after.off.items() if key[:2] == WARMS and abs(by) < FAR and key not in before.off}
+    after = replace(after, off={key: by for key, by in after.off.items() if key not in warm})
     measured = before.weight(key for key in before.off if key in after.known or key[0] == RUN)
     gone: StepOutcome | None = StepOutcome.GONE
     if measured < MOST_OF_IT * before.weight(before.off):
@@ -244,8 +254,11 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
         return failures.weight(failures.keys(lambda _, subject: subject == channel.label))
 
     here, was, along = on(after, at), on(before, at), on(after, beside) - on(before, beside)
-    # It must have left where it was: noise on the bus that wanders over the channels convicts no servo.
-    if StepOutcome.MOVED in step.outcomes and along >= MOVED_FROM * was > here:
+    # It must have left where it was: noise on the bus that wanders over the channels convicts no servo. What reads to
+    # the other side now has left, too: a servo is cold beside one that is hot.
+    turned = {key for key, by in after.off.items() if by * before.off.get(key, by) < 0.0}
+    stays = after.weight(after.keys(lambda _, subject: subject == at.label) - turned)
+    if StepOutcome.MOVED in step.outcomes and along >= MOVED_FROM * was > stays:
         return StepOutcome.MOVED
     return gone if here < min(GONE_BELOW * was, LEFT_AT_MOST) and along < LEFT_AT_MOST else StepOutcome.STAYS
 

@@ -165,7 +165,7 @@ def standing_readings(signs: RunSigns) -> Iterable[Clue]:
     own = signs.failures.keys(lambda check, _: check in STANDS_STILL)
     still = signs.failures.on("response/standstill")
     if signs.end.stop is SafetyReason.STALE or signs.failures.hand("presence/distinct_readings"):
-        yield Clue("no reading changes", _all(signs), _hand(bus=0.5, servo=0.25, usb=0.15, board=0.1))
+        yield Clue("no reading changes", _all(signs), _hand(bus=0.4, servo=0.35, usb=0.15, board=0.1))
     elif own and len(still) != 1:
         spoilt = signs.failures.keys(lambda check, _: check in OF_OLD_TELEMETRY)
         yield Clue("readings of several channels stand still on the way", spoilt, _hand(usb=0.35, bus=0.45, board=0.2))

@@ -201,6 +201,13 @@ def test_an_exchanged_servo_takes_its_failure_along(after, outcome):
     assert outcome_of(on("ring"), found, exchanged) is outcome
 
 
+def test_a_servo_that_is_cold_beside_a_hot_one_has_left():
+    hot = {("alike", "temperature", "ring"): 10.0, ("presence", "temperature", "ring"): 3.0}
+    moved = {("alike", "temperature", "pinky"): 12.0, ("alike", "temperature", "ring"): -4.2}
+    exchanged = Proposal(steps()["exchange"], Channel.RING, Channel.PINKY)
+    assert outcome_of(Failures(hot), Failures(moved, frozenset(hot)), exchanged) is StepOutcome.MOVED
+
+
 def test_a_failure_on_both_channels_has_not_gone_along():
     """A servo was convicted, where noise on the bus wanders over the channels."""
     both = Failures({**on("ring").off, **on("pinky").off, ("staircase", "spring_shape", "pinky"): 3.0})
