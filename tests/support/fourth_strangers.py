@@ -1,4 +1,4 @@
-"""A fourth set of faults that no catalogue has, written after the rules had been mended by the first two.
+"""A fourth set of faults that no catalogue has, written after the rules had been mended by the first three.
 
 Whoever writes rules of a diagnosis does not read this file. Made stronger after the first look, as a validation saw
 nothing, or too little of what it should do: sheath_unseated, fed_back.
