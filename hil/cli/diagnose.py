@@ -16,6 +16,7 @@ from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.cli.exits import usage_errors
 from hil.cli.options import open_hand
+from hil.cli.output import echo
 from hil.cli.terminal import ProgressBar, console, description
 from hil.report.page import render_case
 from hil.report.results import write_results
@@ -92,7 +93,7 @@ def _taken(hand: HandSpec, case: DiagnosisCase, proposal: Proposal, folder: Path
             if seen or not proposal.step.runs:
                 return StepOutcome.SEEN if seen else StepOutcome.STAYS, note
         freed = proposal.step.frees and click.confirm("was there anything to take away")
-        click.echo(f"runs       {_runs(case)}")
+        echo(f"runs       {_runs(case)}")
         homes = " homes and" if proposal.step.homes else ""
         ready = f"press Enter when it is done and the hand has power; it then{homes} moves, so keep clear"
         click.prompt(ready, default="", show_default=False, prompt_suffix=" ")
