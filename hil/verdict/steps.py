@@ -28,6 +28,8 @@ class StepOutcome(Enum):
 
 BY_CHANCE = 0.015
 """Likelihood of an outcome that a part has no reason for: a loose plug was touched, a mild fault just passed."""
+SELDOM = 0.005
+"""Likelihood that a failure stays where a step ends it."""
 OF_ONE = (Part.SERVO, Part.DIGIT)
 """Parts that each channel has."""
 
@@ -94,11 +96,11 @@ class CaseStep:
         """
         elsewhere = self.of_one_channel and channel is not None and channel is not at
         of = {} if elsewhere else self.likely.get(way, {})
-        least = {StepOutcome.GONE: chance}
-        likely = {one: max(of.get(one, 0.0), least.get(one, BY_CHANCE)) for one in self.outcomes}
-        likely[StepOutcome.STAYS] = max(
-            0.005, 1.0 - sum(p for one, p in likely.items() if one is not StepOutcome.STAYS)
-        )
+        named = [one for one in self.outcomes if one is not StepOutcome.STAYS]
+        likely: dict[StepOutcome, float] = {
+            one: max(of.get(one, 0.0), chance if one is StepOutcome.GONE else BY_CHANCE) for one in named
+        }
+        likely[StepOutcome.STAYS] = max(SELDOM, 1.0 - sum(likely.values()))
         return likely[outcome] / sum(likely.values())
 
     def convicted(self, outcome: StepOutcome, at: Channel | None) -> tuple[Suspect, ...]:

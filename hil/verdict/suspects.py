@@ -88,7 +88,7 @@ class Clue:
     """The observation, a sentence for people without a full stop."""
     accounts_for: frozenset[Key]
     weights: Mapping[Suspect, float]
-    """How likely each is where the observation is right, relative to each other; about 1 together."""
+    """How likely each is where the observation is right; about 1 together, less where it says little."""
 
 
 @dataclass(frozen=True)
@@ -252,8 +252,9 @@ def several_channels(signs: RunSigns) -> Iterable[Clue]:
     own = {channel: keys for channel in Channel if (keys := _own(signs.failures, channel))}
     # The thumb's channels lean on each other.
     if len(own.keys() - THUMB) + bool(own.keys() & THUMB) >= MANY:
-        shared = _hand(bus=0.25, supply=0.25, setup=0.2, board=0.15, usb=0.05, driver=0.05, computer=0.05)
-        yield Clue("several channels fail", frozenset().union(*own.values()), {s: 0.4 * w for s, w in shared.items()})
+        # What all share says less where no check fails alike: each channel's own rule stands beside it.
+        shared = _hand(bus=0.1, supply=0.1, setup=0.08, board=0.06, usb=0.02, driver=0.02, computer=0.02)
+        yield Clue("several channels fail", frozenset().union(*own.values()), shared)
 
 
 def two_exchanged(signs: RunSigns) -> Iterable[Clue]:
@@ -304,10 +305,8 @@ def one_channel(signs: RunSigns) -> Iterable[Clue]:
         supply = VAGUE if everything < FAR else 0.0
         board, driver = board + supply, driver + 0.5 * supply
         # What answers only now and then stands still and jumps; nothing mechanical does.
-        bus, usb = (
-            (0.01 if short else 0.13 if in_motion else 0.03) + 0.3 * still / everything,
-            0.1 * jumping / everything,
-        )
+        plug = 0.01 if short else 0.13 if in_motion else 0.03
+        bus, usb = plug + 0.3 * still / everything, 0.1 * jumping / everything
         board += 0.3 * still / everything
         weights = {Suspect(Part.SERVO, channel): servo, Suspect(Part.DIGIT, channel): digit}
         for other in THUMB - {channel} if channel in THUMB else ():

@@ -7,7 +7,7 @@ nothing, or too little of what it should do: sheath_unseated, fed_back.
 import math
 from dataclasses import replace
 
-from strangers import Contact, added, both, finger_joints, in_registers, scaled, unit
+from strangers import Contact, added, both, finger_joints, in_registers, scaled, unit, watching
 
 from aero.channels import CABLES, FINGERS, Channel
 from firmware_emulator.firmware.frames import FRAME, Opcode
@@ -27,23 +27,6 @@ from model.geometry.winding import SPOOL_RADIUS
 CABLE, JOINT, GEAR, BOARD = FaultLayer.CABLE, FaultLayer.JOINT, FaultLayer.GEAR, FaultLayer.BOARD
 MOTOR, SUPPLY, BUS, SERVO = FaultLayer.MOTOR, FaultLayer.SUPPLY, FaultLayer.BUS, FaultLayer.SERVO
 GOAL = REGISTERS["acceleration"].address
-
-
-def watching(assembly, seconds, look, end=lambda: None):
-    """Look again and again, and do what is to be done."""
-    going = []
-
-    def again(turn):
-        if turn in going:
-            assembly.advance()
-            look()
-            assembly.hand.kernel.call_at(assembly.now() + seconds, again, turn)
-
-    def begin():
-        going.append(assembly.now())
-        again(going[-1])
-
-    return Active(begin, lambda: (going.clear(), end()))
 
 
 def rubs_when(when):

@@ -189,6 +189,23 @@ class Lead(ShaftFault):
         return Drive(powered=False) if self._open else drive
 
 
+def watching(assembly, seconds, look, end=lambda: None):
+    """Look again and again, and do what is to be done."""
+    going = []
+
+    def again(turn):
+        if turn in going:
+            assembly.advance()
+            look()
+            assembly.hand.kernel.call_at(assembly.now() + seconds, again, turn)
+
+    def begin():
+        going.append(assembly.now())
+        again(going[-1])
+
+    return Active(begin, lambda: (going.clear(), end()))
+
+
 class Contact(ShaftFault):
     """A supply whose contact is bad: for a part of every period all motors have a part of the voltage."""
 

@@ -7,7 +7,7 @@ nothing: springs_overwound, stop_breaks and skips, and knot_gives, which begins 
 from dataclasses import replace
 
 import numpy as np
-from strangers import added, both, in_registers, on_frames, other_profile, scaled, unit
+from strangers import added, both, in_registers, on_frames, other_profile, scaled, unit, watching
 
 from aero.channels import CABLES, FINGERS, WIRE_ORDER, Channel, Joint
 from firmware_emulator.firmware.frames import FRAME, Opcode
@@ -25,23 +25,6 @@ from hil.faults.servo import COOL_C, servo_of
 CABLE, JOINT, GEAR, BOARD = FaultLayer.CABLE, FaultLayer.JOINT, FaultLayer.GEAR, FaultLayer.BOARD
 ENCODER, SUPPLY, BUS, SERVO = FaultLayer.ENCODER, FaultLayer.SUPPLY, FaultLayer.BUS, FaultLayer.SERVO
 OPEN_HAND = FRAME.pack(Opcode.CTRL_POS, 0, *[0] * len(Channel))
-
-
-def watching(assembly, seconds, look, end=lambda: None):
-    """Look again and again, and do what is to be done."""
-    going = []
-
-    def again(turn):
-        if turn in going:
-            assembly.advance()
-            look()
-            assembly.hand.kernel.call_at(assembly.now() + seconds, again, turn)
-
-    def begin():
-        going.append(assembly.now())
-        again(going[-1])
-
-    return Active(begin, lambda: (going.clear(), end()))
 
 
 def once(change, happens):

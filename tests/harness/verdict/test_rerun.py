@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from aero.channels import Channel
+from aero.protocol import Opcode
 from hil.faults import CATALOGUE, FaultNeverFiredError, parse_fault
 from hil.targets.opening import open_target
-from hil.verdict.case import Proposal
+from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.failures import FAR, Failures
 from hil.verdict.rerun import rerun
 from hil.verdict.steps import StepOutcome, steps
@@ -76,3 +77,19 @@ def test_a_hand_that_the_guard_does_not_let_home_fails_again():
         outcome, run = rerun(target, case, Proposal(steps()["home"]))
     assert outcome is StepOutcome.STAYS
     assert not run.passed
+
+
+@pytest.mark.parametrize(
+    ("ran", "step", "homings", "moves"),
+    [(("presence",), "again", 0, False), (GENTLE, "again", 0, True), (GENTLE, "home", 2, True)],
+)
+def test_a_hand_that_was_not_moved_is_not_opened_and_one_that_homes_does_so_twice(ran, step, homings, moves):
+    """A hand that fails the first gate is not moved further; homed once, a thumb may have a wrong zero."""
+    failed = Failures({("presence", "distinct_readings", "hand"): -3.0})
+    with open_target(homed=True) as target:
+        mark = target.wire.mark()
+        rerun(target, DiagnosisCase(failed, {}, ("presence",), ran), Proposal(steps()[step]))
+        sent = [one.data[0] for one in target.wire.since(mark, 0.0) if one.direction == "to_hand"]
+    until_presence = sent[: sent.index(Opcode.GET_POS)]
+    assert until_presence.count(Opcode.HOMING) == homings
+    assert (Opcode.CTRL_POS in until_presence) is moves
