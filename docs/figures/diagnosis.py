@@ -48,10 +48,12 @@ def sets() -> tuple[PlayedSet, ...]:
     at_once = [(catalogue[2 * i], catalogue[2 * i + 1]) for i in range(PAIRS)]
     return (
         PlayedSet("faults of the catalogue", 480_000, [(one,) for one in catalogue]),
-        PlayedSet("strangers, by which rules were mended", 440_100, [(_injected(one),) for one in STRANGERS]),
-        PlayedSet("a second set of these", 451_000, [(one,) for one in MORE]),
-        PlayedSet("a third set of these", 452_000, [(one,) for one in THIRD]),
-        PlayedSet("a fourth set of these", 456_000, [(one,) for one in FOURTH]),
+        PlayedSet(
+            "strangers, by which rules were mended: the first set", 440_100, [(_injected(one),) for one in STRANGERS]
+        ),
+        PlayedSet("the second", 451_000, [(one,) for one in MORE]),
+        PlayedSet("the third, after rules were mended by it", 452_000, [(one,) for one in THIRD]),
+        PlayedSet("the fourth, the same", 456_000, [(one,) for one in FOURTH]),
         PlayedSet("two faults at once", 440_200, at_once),
         PlayedSet("none", 440_300, [()] * HEALTHY),
     )

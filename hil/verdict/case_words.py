@@ -33,7 +33,8 @@ def why(case: DiagnosisCase, proposal: Proposal) -> str:
     said = [
         f"{outcome.value}: {listed(map(str, suspects))}"
         for outcome in proposal.step.outcomes
-        if (suspects := proposal.step.convicted(outcome, proposal.at))
+        # That something was taken away makes what is gone surer, of the same part.
+        if outcome is not StepOutcome.FREED and (suspects := proposal.step.convicted(outcome, proposal.at))
     ]
     proves = f"If {'; if '.join(said)}." if said else "What happened once must fail again before a step can mend it."
     return f"Suspected: {listed(map(str, case.remaining))}. {proves}"
