@@ -5,6 +5,7 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 
 | key | what it says |
 |---|---|
+| `evidence` | `EvidenceKind` of a judged number: two numbers of one kind are one piece of evidence |
 | `words` | its name for people; the name with blanks when left out |
 | `unit` | as people read it; `length` stands for mm, and mrad on the abduction |
 | `meaning`, `remedy` | what it usually means when the number is off, or what it is when it has no limit; what to do |
@@ -36,6 +37,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
+from enum import Enum
 from typing import Any, Literal
 
 from aero.channels import Channel
@@ -43,6 +45,49 @@ from aero.firmware import VERSION_GROUPS
 from hil.checks.shared.subjects import GROUPS
 
 LimitSide = Literal["above", "below", "both"]
+
+
+class EvidenceKind(Enum):
+    """Quantity behind a metric, from which the diagnosis isolates a fault."""
+
+    TRAVEL = "travel"
+    """Position reached or followed."""
+    TORQUE = "torque"
+    """Current against springs, friction and stops."""
+    SPEED = "speed"
+    """Duration of a motion under load."""
+    JUMP = "jump"
+    """Overshoot of a motion."""
+    TIME = "time"
+    """Delay of a motion after its command, which no load lengthens."""
+    LINK_TIME = "link_time"
+    """Delay or period of the replies."""
+    STALE = "stale"
+    """Readings that stop changing."""
+    OWN_SENSOR = "own_sensor"
+    """Reading of a servo that depends on no load."""
+    WINDOW = "window"
+    """Place of the board's command window."""
+    CROSSED = "crossed"
+    """Motion of another channel than the commanded one."""
+    BYTES = "bytes"
+    """Bytes lost, added or altered on the link."""
+    TEXT = "text"
+    """Byte values that a text filter changes."""
+    STALL = "stall"
+    """Pauses of the link."""
+    RESTART = "restart"
+    """Restarts of the board."""
+    VERSION = "version"
+    """Requests that another firmware version does not know."""
+    BOOT = "boot"
+    """Boot text against the readings."""
+    SENT = "sent"
+    """Bytes sent against the commands given."""
+    READ = "read"
+    """Readings returned against the bytes received."""
+    SEEN = "seen"
+    """Answer of a person who watched the hand."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +187,8 @@ class Metric:
     high: Advice
     missing: Advice
     """Where it could not be measured."""
+    evidence: EvidenceKind | None = None
+    """None for a number without bounds."""
     end_of_scale: float = math.inf
     says: tuple[str, ...] = ()
     """Words for its values, when it is a person's answer; empty for a number."""
@@ -182,10 +229,11 @@ def number(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
 
 
+EVIDENCE = [one.value for one in EvidenceKind]
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
 TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy", "missing", "missing_remedy"}
 SEEN = {"end_of_scale", "differs", "seconds", "worst_at", "optional", "timed", "samples_in_time"}
-KNOWN = {"name", "words", "unit", "says", "bounds", "worse", "column", "paper", *BOUND, *TEXTS, *SEEN}
+KNOWN = {"name", "evidence", "words", "unit", "says", "bounds", "worse", "column", "paper", *BOUND, *TEXTS, *SEEN}
 
 
 def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
@@ -203,6 +251,9 @@ def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
             raise ValueError(f"check on {name}: unknown keys {unknown}")
         if group not in GROUPS or "unit" not in merged:
             raise ValueError(f"check on {name}: give a unit; `on` names {', '.join(GROUPS)}, not {group}")
+        evidence = merged.get("evidence")
+        if (evidence is None and (BOUND & merged.keys())) or evidence not in (None, *EVIDENCE):
+            raise ValueError(f"check on {name}: `evidence` of its bounds is one of {', '.join(EVIDENCE)}")
         yield _metric(experiment, GROUPS[group], merged, published)
 
 
@@ -255,6 +306,7 @@ def _metric(
         low,
         high,
         missing,
+        EvidenceKind(table["evidence"]) if "evidence" in table else None,
         says=tuple(table.get("says", ())),
         checks=parse_checks(experiment, subjects, table),
         worse=Worse(**table["worse"]) if "worse" in table else None,

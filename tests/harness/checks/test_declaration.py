@@ -8,7 +8,10 @@ from hil.checks import JUDGED
 from hil.checks.shared.declaration import parse_metric
 from hil.checks.shared.subjects import CHANNELS
 
-TABLE = {"name": "warmth", "unit": "K", "meaning": "Warm.", "remedy": "Wait.", "side": "above", "floor": 1.0}
+TABLE = {
+    "name": "warmth", "evidence": "own_sensor", "unit": "K", "meaning": "Warm.", "remedy": "Wait.",
+    "side": "above", "floor": 1.0,
+}  # fmt: skip
 
 
 def parsed(**changes):
@@ -44,7 +47,13 @@ def test_the_papers_numbers_are_those_of_the_subjects():
 
 @pytest.mark.parametrize(
     ("changes", "message"),
-    [({"on": ["toes"]}, "not toes"), ({"unit": None}, "give a unit"), ({"colour": 1}, "unknown keys")],
+    [
+        ({"on": ["toes"]}, "not toes"),
+        ({"unit": None}, "give a unit"),
+        ({"colour": 1}, "unknown keys"),
+        ({"evidence": None}, "`evidence` of its bounds"),
+        ({"evidence": "smell"}, "`evidence` of its bounds is one of travel"),
+    ],
 )
 def test_a_mistake_in_the_table_is_named(changes, message):
     table = {key: value for key, value in (TABLE | {"on": ["fingers"]} | changes).items() if value is not None}
