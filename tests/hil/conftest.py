@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from aero.policy.shipped import DEFAULT
+from aero.policy.interface import PolicyFileError
+from aero.policy.shipped import DEFAULT, find_policy
+from hil.cli.exits import ending
 
 SETTLE_S, SETTLE_TRIES = 0.4, 8
 STILL_RAD_S = 0.1
@@ -12,6 +14,15 @@ STILL_RAD_S = 0.1
 def pytest_addoption(parser):
     """Let any policy take the part of the shipped one."""
     parser.addoption("--policy", default=DEFAULT, help="What tests/hil/test_policy.py runs: as `aero-hil run-policy`.")
+
+
+def pytest_configure(config):
+    """Refuse a policy that cannot be loaded before a hand is opened."""
+    name = config.getoption("--policy", DEFAULT)
+    try:
+        find_policy(name)
+    except (PolicyFileError, ModuleNotFoundError) as error:
+        raise pytest.UsageError(f"--policy={name}: {ending(error)[1]}") from error
 
 
 @pytest.fixture

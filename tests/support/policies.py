@@ -1,10 +1,9 @@
-"""Random policies and observations."""
+"""Random policies."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from hypothesis import strategies as st
 
 from aero import ActuationMap
 from aero.policy.file import Policy
@@ -78,9 +77,3 @@ class Played:
 def playing(script, of: Policy | None = None) -> Policy:
     """Return a policy that plays a script (periods, 7) open loop, with the settings of another one."""
     return replace(of or policy(), network=Played(script))
-
-
-seeds = st.integers(0, 2**32 - 1)
-lengths = st.lists(st.floats(-2, 2), min_size=7, max_size=7).map(np.array)
-actions = st.lists(st.floats(-1, 1), min_size=7, max_size=7).map(np.array)
-finite_observations = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=14, max_size=14).map(np.array)

@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
-from policies import network, policy, seeds
+from policies import network, policy
+from policy_strategies import seeds
 
 from aero.policy.file import load, save
 from aero.policy.interface import PolicyFileError

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from policies import actions_on, playing, policy, seeds
+from policies import actions_on, playing, policy
+from policy_strategies import seeds
 
 from aero.actuation import ActuationMap
 from aero.errors import LinkTimeoutError

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from policies import finite_observations, network, seeds
+from policies import network
+from policy_strategies import finite_observations, seeds
 
 from aero.policy.network import Network
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given
-from policies import finite_observations
+from policy_strategies import finite_observations
 
 from aero.policy.file import load
 from aero.policy.interface import PolicyFileError

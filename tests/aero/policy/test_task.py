@@ -1,6 +1,6 @@
 import numpy as np
 from hypothesis import given
-from policies import actions, lengths
+from policy_strategies import actions, lengths
 
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.task import ActionMemory, ShownAction, observe, targets
