@@ -55,16 +55,22 @@ class Firmware:
     """States of its command windows, the typical one first; see `aero.actuation.CommandWindow`."""
     calibrate_mid: bool = False
     """Whether it knows CALIBRATE_MID."""
+    homing_s: float = 4.0
+    """Time that a healthy hand takes to home, s."""
+
+
+LONGEST_BOOT_S = 50.0
+"""Time after power returned in which a board answers that homes by itself and finds nothing, s."""
 
 
 FULL, WEAKER = ServoSettings(32766, 1023), ServoSettings(32766, 700)
 THUMB_STATES = ("homed", "unshifted", "mixed")
 """Calibration states of a version whose homing shifts windows of the thumb."""
 _ROWS = (
-    Firmware("pre", "pre", BootText.PINGS),
-    Firmware("0.1.0", "0.1.0", BootText.HAND_AND_PINGS, FULL),
-    Firmware("0.1.1", "0.1.0", BootText.HAND_AND_PINGS, FULL),
-    Firmware("0.1.2", "0.1.2", BootText.HAND_AND_PINGS, WEAKER),
+    Firmware("pre", "pre", BootText.PINGS, homing_s=59.0),
+    Firmware("0.1.0", "0.1.0", BootText.HAND_AND_PINGS, FULL, homing_s=57.0),
+    Firmware("0.1.1", "0.1.0", BootText.HAND_AND_PINGS, FULL, homing_s=57.0),
+    Firmware("0.1.2", "0.1.2", BootText.HAND_AND_PINGS, WEAKER, homing_s=57.0),
     Firmware("0.1.3", "0.1.3", BootText.AUTO_HOMING, WEAKER),
     Firmware("0.1.4", "0.1.3", BootText.RESET_AND_PINGS, WEAKER),
     Firmware("0.1.5", "0.1.3", BootText.RESET, WEAKER),

@@ -9,14 +9,15 @@ from rich.table import Table
 
 from aero.channels import FINGERS, THUMB, Channel
 from aero.safety import Thresholds
+from hil.targets.asker import Motion
 from hil.targets.target import Target
 
 FULLY = 0.97
 """Fraction of a window from which a channel closes fully, for people."""
 
 
-def before_moving(target: Target, furthest: Sequence[float], seconds: float) -> str:
-    """Return what will move, for how long, and what stops it, in plain words.
+def before_moving(target: Target, furthest: Sequence[float], seconds: float) -> Motion:
+    """Return what will move, for how long, and what stops it.
 
     Nothing is commanded. `furthest` is the fraction of each channel's window that it is sent to at most, (7,), command
     order; `seconds` is hand time, s.
@@ -25,15 +26,20 @@ def before_moving(target: Target, furthest: Sequence[float], seconds: float) -> 
         SafetyStopError: a guarded hand is too hot to move, or holds against something.
     """
     _at_rest(target)
-    thresholds = Thresholds() if target.guard is None else target.guard.thresholds
+    return motion(furthest, seconds, None if target.guard is None else target.guard.thresholds)
+
+
+def motion(furthest: Sequence[float], seconds: float, thresholds: Thresholds | None) -> Motion:
+    """Return what a hand will do that has these thresholds, None for one without a guard; as `before_moving`."""
+    channels = tuple(channel for channel in Channel if furthest[channel] > 0.0)
     moves = _moves(furthest)
     if not moves:
-        return "Nothing will move."
+        return Motion("Nothing will move.", channels, seconds)
     text = f"{moves} for about {_rounded(seconds)} s. Keep clear."
-    if target.guard is None:
-        return f"{text} This hand is not guarded: nothing stops it."
+    if thresholds is None:
+        return Motion(f"{text} This hand is not guarded: nothing stops it.", channels, seconds)
     stop = f"{thresholds.current_a:g} A or {thresholds.temperature_c:g} °C"
-    return f"{text} Ctrl-C opens the hand. It stops at {stop}."
+    return Motion(f"{text} Ctrl-C opens the hand. It stops at {stop}.", channels, seconds)
 
 
 def readings(target: Target, furthest: Sequence[float]) -> Table:

@@ -123,11 +123,11 @@ def _correction_line(whose: str, correction: Sequence[float]) -> str:
 def _before_moving(opened: Target, policy: Policy, settings: RunSettings) -> str:
     """Return what will move, for how long, and what stops it."""
     if settings.dry:
-        return before_moving(opened, (0.0,) * len(Channel), 0.0)
+        return before_moving(opened, (0.0,) * len(Channel), 0.0).text
     grasp = policy.settings
     reach = furthest_codes(opened.map, *map(np.array, (grasp.nominal, grasp.scale, settings.correction)))
     moving_s = settings.wait_s + settings.seconds + 2 * settings.approach_s
-    return before_moving(opened, (reach / MAX_CODE).tolist(), moving_s)
+    return before_moving(opened, (reach / MAX_CODE).tolist(), moving_s).text
 
 
 def _recorded(opened: Target, path: Path | None, run: Callable[[Recorder, Progress], PolicyRun]) -> PolicyRun:

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
-import click
 import numpy as np
 
 from aero.exit_code import Exit
@@ -21,13 +20,14 @@ from hil.cli.options import open_hand
 from hil.cli.output import echo
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
+from hil.cli.terminal_asker import TerminalAsker
 from hil.cli.viewing import telling, viewing
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import claimed, emptied, prepared_folder, run_folder
 from hil.report.results import write_figures, write_results
 from hil.report.text import result_line, run_text
 from hil.targets.hand_spec import HandSpec
-from hil.targets.target import Onlooker, Question
+from hil.targets.target import Onlooker
 from hil.verdict.baseline import load
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
@@ -78,6 +78,7 @@ def run(
 ) -> None:
     """Validate the chosen hand, show the result and end the program with its exit code; see the options."""
     console = new_console()
+    asker = TerminalAsker(console)
     with usage_errors():
         if baseline is not None:
             load(baseline)
@@ -92,7 +93,7 @@ def run(
             # A bar that moves would draw over the questions.
             bars = ProgressBar(lines=False, disable=asking)
             with claimed(folder), emptied(folder), opening as alone, bars as bar:
-                onlookers = (Onlooker(ask_on_terminal),) if asking else ()
+                onlookers = (Onlooker(asker.ask),) if asking else ()
                 opened = replace(alone, capabilities=(*alone.capabilities, *onlookers))
                 observer.follow(source_of(opened))
                 chosen = [EXPERIMENTS[name] for name in names or DEFAULT]
@@ -100,7 +101,7 @@ def run(
                 if dry_run:
                     console.print(readings(opened, furthest))
                 if dry_run or opened.guard is not None:
-                    console.print(before_moving(opened, furthest, sum(experiment.hand_s for experiment in chosen)))
+                    asker.announce(before_moving(opened, furthest, sum(experiment.hand_s for experiment in chosen)))
                 if folder is None:
                     return
                 along = RunProgress(bar, chosen)
@@ -148,17 +149,3 @@ def _end(result: Validation, folder: Path) -> NoReturn:
         raise result.end.error
     code, line = ending(result.end.error)
     raise Ended(f"{line.removesuffix('.')}; what was recorded is in {folder}", code)
-
-
-def ask_on_terminal(question: Question) -> str:
-    """Ask until there is an answer that fits.
-
-    Raises:
-        KeyboardInterrupt: at the end of the input, and on Ctrl-C.
-    """
-    echo(question.text)
-    try:
-        answer = click.prompt(question.legend, type=click.Choice(list(question.answers)), show_choices=False)
-    except click.Abort as error:
-        raise KeyboardInterrupt from error
-    return question.answers[answer]

@@ -225,6 +225,7 @@ class Recorder:
             command=command_line(),
             operator=operator(),
             hand_id=target.hand_id,
+            serial_number=target.serial_number,
             faults=" ".join(map(str, target.wrong)),
         )
 

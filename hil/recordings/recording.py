@@ -66,6 +66,8 @@ class Header:
     """Who ran it, when that was said."""
     hand_id: str = ""
     """Name or serial number of the individual hand."""
+    serial_number: str = ""
+    """Of the USB port of the hand; empty where it has none."""
     faults: str = ""
     """What was made wrong with an emulated hand, as `hil.faults.parse_fault` reads it, with blanks between."""
 

@@ -16,7 +16,7 @@ from hil.report.beside_paper import compared, length_unit
 from hil.report.measured import measured_csv
 from hil.report.page import render_report
 from hil.verdict import baseline
-from hil.verdict.case_file import HandOfCase, write_case
+from hil.verdict.case_file import HandOfCase, StoredCase, write_case
 from hil.verdict.judged_run import Validation
 
 
@@ -43,7 +43,8 @@ def write_results(validation: Validation, out: Path) -> None:
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))
     if (case := validation.diagnosis.case) is not None and (header := validation.header) is not None:
-        write_case(out, case, HandOfCase(header.firmware, header.hand))
+        hand = HandOfCase(header.firmware, header.hand, header.hand_id, header.serial_number)
+        write_case(out, StoredCase(case, hand))
 
 
 def metrics_json(validation: Validation) -> dict[str, object] | None:

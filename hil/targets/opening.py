@@ -117,8 +117,9 @@ def _pty(opening: Opening) -> Iterator[Target]:
 @contextmanager
 def _physical(opening: Opening) -> Iterator[Target]:
     with _serial(opening, opening.spec.target) as (hand, clock, wire):
-        known = opening.spec.hand_id or serial_number(opening.spec.target)
-        yield opening.granted(hand, clock, wire, unit=PHYSICAL, hand_id=known)
+        serial = serial_number(opening.spec.target)
+        known = opening.spec.hand_id or serial
+        yield opening.granted(hand, clock, wire, unit=PHYSICAL, hand_id=known, serial_number=serial)
 
 
 def serial_number(port: str) -> str:

@@ -6,7 +6,7 @@ An experiment sees a `Target` and never asks which kind it is. What only some ta
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -22,6 +22,7 @@ from hil.faults.acts import act
 from hil.faults.catalogue import parse_fault
 from hil.faults.fault import Injection
 from hil.faults.workbench import Workbench
+from hil.targets.asker import Choice
 from hil.targets.delays import DelayLog
 from hil.targets.hand_spec import hand_words
 from hil.targets.wire_log import WireLog
@@ -54,24 +55,11 @@ class GroundTruth:
 
 
 @dataclass(frozen=True)
-class Question:
-    """One question about a motion that was just shown; the hand is open while it is asked."""
-
-    text: str
-    legend: str
-    """The answers, for people."""
-    answers: Mapping[str, str]
-    """What may be answered, to what it means."""
-    motion: str = ""
-    """What the progress called the motion that it is about; empty for the hand as it stands."""
-
-
-@dataclass(frozen=True)
 class Onlooker:
     """Capability: somebody who looks at the hand and answers questions, for what no encoder can see."""
 
-    answer: Callable[[Question], str]
-    """Returns a value of the question's `answers`; raises `KeyboardInterrupt` when nobody answers any more."""
+    answer: Callable[[Choice[str]], str]
+    """Returns the answer; raises `KeyboardInterrupt` when nobody answers any more."""
 
 
 class LookEndedError(KeyboardInterrupt):
@@ -100,6 +88,8 @@ class Target:
     """How late this program and an emulated board were since then; on virtual time nothing is late."""
     capabilities: tuple[object, ...] = ()
     """What `get` finds."""
+    serial_number: str = ""
+    """Of the USB port that the hand is on; empty where it has none."""
     faults: tuple[Injection, ...] = ()
     """What was made wrong with an emulated hand."""
 

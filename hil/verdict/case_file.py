@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from aero.channels import Channel
 from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
-from hil.recordings.errors import UnusableFileError
+from hil.recordings.errors import NotOneHandError, UnusableFileError
 from hil.recordings.output import json_text
 from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.failures import LABELS, Failures
@@ -26,19 +27,52 @@ class HandOfCase:
 
     firmware: str
     side: str
+    hand_id: str = ""
+    """Name of `hands.toml`, or serial number; empty where neither is known."""
+    serial_number: str = ""
+    """Of its USB port; empty where there is none."""
+
+    def require_same(self, said: Mapping[str, str]) -> None:
+        """See that a hand is this one, by what is said of it: fields of this class, those that are known.
+
+        A serial number decides over a name.
+
+        Raises:
+            NotOneHandError: it is another; the message says in what.
+        """
+        compared = ["firmware", "side", "serial_number"]
+        if not (self.serial_number and said.get("serial_number")):
+            compared.append("hand_id")
+        for name in compared:
+            then, now = getattr(self, name), said.get(name)
+            if then and now and then != now:
+                what = {"hand_id": "name"}.get(name, name.replace("_", " "))
+                raise NotOneHandError(
+                    f"the case is of another hand: {what} {then}, this is {now}; --same-hand where it is the same hand"
+                )
 
 
-def write_case(folder: Path, case: DiagnosisCase, hand: HandOfCase) -> None:
+@dataclass(frozen=True)
+class StoredCase:
+    """What the file of a case holds."""
+
+    case: DiagnosisCase
+    hand: HandOfCase
+    answers: Mapping[str, str] = field(default_factory=dict)
+    """Answers to the questions of the present step, by question, that no run has followed yet."""
+
+
+def write_case(folder: Path, stored: StoredCase) -> None:
     """Write a case into its folder.
 
     Raises:
         OSError: the folder cannot be written.
     """
-    write_whole(folder / CASE, json_text(table_of(case, hand)))
+    write_whole(folder / CASE, json_text(table_of(stored)))
 
 
-def read_case(folder: Path) -> tuple[DiagnosisCase, HandOfCase]:
-    """Return the case of a folder, and its hand.
+def read_case(folder: Path) -> StoredCase:
+    """Return the case of a folder.
 
     Raises:
         UnusableFileError: there is none, or it has a mistake; the message names it.
@@ -52,11 +86,12 @@ def read_case(folder: Path) -> tuple[DiagnosisCase, HandOfCase]:
         raise UnusableFileError(f"{path} is no case that this version reads ({type(error).__name__})") from error
 
 
-def table_of(case: DiagnosisCase, hand: HandOfCase) -> dict[str, Any]:
+def table_of(stored: StoredCase) -> dict[str, Any]:
     """Return a case as tables."""
+    case = stored.case
     return {
-        "firmware": hand.firmware,
-        "side": hand.side,
+        **asdict(stored.hand),
+        "answers": dict(stored.answers),
         "experiments": list(case.experiments),
         "ran": list(case.ran),
         "failed": [[*key, excess] for key, excess in case.before.off.items()],
@@ -74,7 +109,7 @@ def table_of(case: DiagnosisCase, hand: HandOfCase) -> dict[str, Any]:
     }
 
 
-def case_of(table: Any) -> tuple[DiagnosisCase, HandOfCase]:
+def case_of(table: Any) -> StoredCase:
     """Make a case of tables.
 
     Raises:
@@ -97,7 +132,8 @@ def case_of(table: Any) -> tuple[DiagnosisCase, HandOfCase]:
             for row in table["steps"]
         ),
     )
-    return case, HandOfCase(str(table["firmware"]), str(table["side"]))
+    hand = HandOfCase(*(str(table[one.name]) for one in fields(HandOfCase)))
+    return StoredCase(case, hand, {str(asked): str(line) for asked, line in table["answers"].items()})
 
 
 def _label(channel: Channel | None) -> str | None:

@@ -46,7 +46,7 @@ class Person:
             return YES if self._bend(now, channel) < SEEN_DEG else NO
         moved = {channel: np.ptp([self._bend(angles, channel) for angles in seen]) for channel in Channel}
         most = max(moved, key=moved.get)
-        if NONE in question.answers.values():
+        if NONE in [option.answer for option in question.options]:
             return most.label if moved[most] > SEEN_DEG else NONE
         return YES if moved[most] > SEEN_DEG else NO
 

@@ -14,7 +14,8 @@ from hil.checks.shared.experiment import OPENED, Measured, Sampler, one_closed
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
-from hil.targets.target import LookEndedError, MissingCapabilityError, Onlooker, Question, Target
+from hil.targets.asker import Choice, Option
+from hil.targets.target import LookEndedError, MissingCapabilityError, Onlooker, Target
 
 YES, NO, AGAIN, NONE = "yes", "no", "again", "none"
 MOTIONS = {
@@ -25,13 +26,15 @@ MOTIONS = {
 """What each channel of the thumb does, as it looks."""
 STRAIGHT = (*FINGERS, Channel.THUMB_FLEXOR)
 """Channels whose digit is straight when it is open."""
-YES_OR_NO = {"y": YES, "yes": YES, "n": NO, "no": NO}
-OR_AGAIN = {"a": AGAIN, "again": AGAIN}
+YES_OR_NO = (Option("yes", YES, "y"), Option("no", NO, "n"))
+OR_AGAIN = (Option("again", AGAIN, "a"),)
 WHICH = (
-    {str(channel + 1): channel.label for channel in Channel}
-    | {channel.label: channel.label for channel in Channel}
-    | {"0": NONE, "none": NONE}
-    | OR_AGAIN
+    *(
+        Option(MOTIONS.get(channel, channel.label), channel.label, str(number))
+        for number, channel in enumerate(Channel, start=1)
+    ),
+    Option("nothing", NONE, "0"),
+    *OR_AGAIN,
 )
 NUDGE = {channel: 0.1 if channel in FINGERS or channel is Channel.THUMB_ABDUCTION else 0.15 for channel in Channel}
 """Small motion, part of the window: a taut finger bends by 10 degrees or more in all, a slack one not at all."""
@@ -73,33 +76,29 @@ def digit(channel: Channel) -> str:
     return f"{channel.label} finger" if channel in FINGERS else "tip of the thumb"
 
 
-def all_straight() -> Question:
+def all_straight() -> Choice[str]:
     """Return whether every open digit is straight."""
     text = (
         "The hand is open. Is every finger straight, and the tip of the thumb? A finger that is not in line with its "
         "neighbours by half a centimetre at the tip is bent."
     )
-    return Question(text, "y, n", YES_OR_NO)
+    return Choice(text, YES_OR_NO)
 
 
-def straight(channel: Channel) -> Question:
+def straight(channel: Channel) -> Choice[str]:
     """Return whether one open digit is straight."""
-    return Question(f"Is the {digit(channel)} straight?", "y, n", YES_OR_NO)
+    return Choice(f"Is the {digit(channel)} straight?", YES_OR_NO)
 
 
-def which_moved(motion: str) -> Question:
+def which_moved(motion: str) -> Choice[str]:
     """Return which digit moved a little, three times."""
-    named = [MOTIONS.get(channel, channel.label) for channel in Channel]
-    legend = ", ".join(f"{number} {name}" for number, name in enumerate(named, start=1))
-    return Question(
-        "Something moved a little, three times. What was it?", f"{legend}, 0 nothing, a again", WHICH, motion
-    )
+    return Choice("Something moved a little, three times. What was it?", WHICH, motion)
 
 
-def tip_followed(motion: str) -> Question:
+def tip_followed(motion: str) -> Choice[str]:
     """Return whether a digit, half closed, followed each time it was moved a little to and fro."""
     text = "It closed half way and moved a little to and fro, three times. Did its tip follow each time?"
-    return Question(text, "y, n, a again", YES_OR_NO | OR_AGAIN, motion)
+    return Choice(text, YES_OR_NO + OR_AGAIN, motion)
 
 
 class _Look:
@@ -149,7 +148,7 @@ class _Look:
         self._sampler.hold(OPENED, HOLD_S, "open hand")
         self._sampler.recorder.note("the look was ended; the hand is open", "warning")
 
-    def _asked(self, question: Question, show: Callable[[], None] = lambda: None) -> str:
+    def _asked(self, question: Choice[str], show: Callable[[], None] = lambda: None) -> str:
         while True:
             show()
             answer = self._onlooker.answer(question)

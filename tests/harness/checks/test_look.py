@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from person import Person
 
 from aero.channels import Channel
-from hil.checks.look.check import WHICH
+from hil.checks.look.check import which_moved
 from hil.cli import main
 from hil.faults import parse_fault
 from hil.recordings.mcap_file import read_recording
@@ -85,9 +85,11 @@ def test_a_person_who_leaves_finds_the_hand_open(answers, guarded, tmp_path):
 
 
 def test_an_answer_is_a_number_or_a_name():
-    assert [WHICH[str(number)] for number in range(1, 8)] == [channel.label for channel in Channel]
-    assert WHICH["ring"] == "ring"
-    assert WHICH["0"] == "none"
+    asked = which_moved("")
+    assert [asked.read(str(number)) for number in range(1, 8)] == [channel.label for channel in Channel]
+    assert asked.read("Ring") == "ring"
+    assert asked.read("thumb_flexor") == "thumb_flexor"
+    assert asked.read("0") == asked.read("none") == "none"
 
 
 GOOD = "y\n" + "".join(f"{number}\ny\n" for number in range(1, 8))

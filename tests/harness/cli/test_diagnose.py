@@ -10,11 +10,12 @@ from click.testing import CliRunner
 from aero.channels import Channel
 from aero.exit_code import Exit
 from hil import open_target
-from hil.cli import diagnose, main
+from hil.cli import case_session, main
 from hil.faults import parse_fault
+from hil.recordings.errors import NotOneHandError
 from hil.verdict import validation
 from hil.verdict.case import DiagnosisCase
-from hil.verdict.case_file import HandOfCase, read_case, write_case
+from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
 from hil.verdict.failures import Failures
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import StepOutcome
@@ -26,7 +27,8 @@ RING = {Suspect(Part.SERVO, Channel.RING): 0.45, Suspect(Part.DIGIT, Channel.RIN
 def folder(tmp_path):
     """A folder with a case of the ring finger, as a run that failed leaves it."""
     failed = Failures({("audit", "followed", "ring"): -9.0, ("audit", "pull", "ring"): 3.0})
-    write_case(tmp_path, DiagnosisCase(failed, RING, ("presence", "audit")), HandOfCase("0.2.0", "right"))
+    case = DiagnosisCase(failed, RING, ("presence", "audit"))
+    write_case(tmp_path, StoredCase(case, HandOfCase("0.2.0", "right")))
     return tmp_path
 
 
@@ -38,7 +40,7 @@ def test_what_a_person_sees_convicts_without_another_run(folder):
     ended = diagnosed(folder, "y\nthe spring is off\n")
     assert ended.exit_code == Exit.OUT_OF_LIMITS
     assert "Digit of the ring finger." in ended.output
-    (done,) = read_case(folder)[0].done
+    (done,) = read_case(folder).case.done
     assert (done.outcome, done.note) == (StepOutcome.SEEN, "the spring is off")
     assert (folder / "case.html").is_file()
 
@@ -50,7 +52,7 @@ def emulated(_hand):
 
 
 def test_where_a_person_sees_nothing_the_experiments_are_run(folder, monkeypatch):
-    monkeypatch.setattr(diagnose, "open_hand", emulated)
+    monkeypatch.setattr(case_session, "open_hand", emulated)
     ended = diagnosed(folder, "n\n\ny\n\n")
     assert ended.exit_code == Exit.WITHIN_LIMITS
     assert "leave the hand as it is" in ended.output
@@ -71,11 +73,11 @@ def test_a_hand_that_is_gone_with_its_program_is_refused(target, folder):
 def test_where_other_checks_fail_still_it_is_said_with_what_is_gone(folder, monkeypatch):
     with open_target(faults=[parse_fault("motor_dead:index")]) as target:
         run = validation.validate(target, ["audit"])
-    monkeypatch.setattr(diagnose, "open_hand", emulated)
-    monkeypatch.setattr(diagnose, "rerun", lambda *_, **__: (StepOutcome.GONE, run))
+    monkeypatch.setattr(case_session, "open_hand", emulated)
+    monkeypatch.setattr(case_session, "rerun", lambda *_, **__: (StepOutcome.GONE, run))
     diagnosed(folder, "n\nalike\nn\n\n")
-    (done,) = read_case(folder)[0].done
-    assert re.fullmatch(r"alike; elsewhere \d+ checks fail still, so validate again", done.note)
+    (done,) = read_case(folder).case.done
+    assert re.fullmatch(r"alike; elsewhere \d+ checks fail still", done.note)
     assert done.note in (folder / "case.html").read_text()
 
 
@@ -83,24 +85,51 @@ def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):
     def interrupt(*_args):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(diagnose, "open_hand", emulated)
+    monkeypatch.setattr(case_session, "open_hand", emulated)
     monkeypatch.setattr(validation, "_run", interrupt)
     ended = diagnosed(folder, "n\n\nn\n\n" * 2)
     assert ended.output.count("next step") == 1
     assert "takes it up" in ended.output
-    assert read_case(folder)[0].done == ()
+    assert read_case(folder).case.done == ()
     assert "Open case" in (folder / "case.html").read_text()
 
 
 def test_before_the_hand_moves_it_is_said_with_how_long(folder):
     said = " ".join(diagnosed(folder, "n\n\nn\n").output.split())
-    assert re.search(r"runs presence, audit \(\d+ s\)", said)
-    assert "the hand has power; it then homes and moves, so keep clear" in said
+    assert "The hand homes (about 8 s). Runs presence, audit (about" in said
+    assert "Fingers and thumb will close" in said
+    assert "Keep clear. Ctrl-C opens the hand." in said
 
 
 def test_a_case_that_is_put_down_is_taken_up_where_it_was(folder):
     put_down = diagnosed(folder, "n\n")
     assert put_down.exit_code not in (Exit.WITHIN_LIMITS, Exit.OUT_OF_LIMITS)
     assert "takes it up" in put_down.output
-    assert read_case(folder)[0].done == ()
-    assert diagnosed(folder, "y\n\n").exit_code == Exit.OUT_OF_LIMITS
+    assert read_case(folder).case.done == ()
+    assert "what was measured" not in put_down.output
+    again = diagnosed(folder, "alike\nn\n")
+    assert "answered" in again.output
+    assert list(read_case(folder).answers.values()) == ["no", "alike", "no"]
+
+
+@pytest.mark.parametrize(
+    ("table", "refused"),
+    [('side = "left"', "side right, this is left"), ('firmware = "0.1.5"', "firmware"), ('side = "right"', "")],
+)
+def test_another_hand_is_refused_before_anything_is_asked(folder, table, refused, monkeypatch, tmp_path):
+    """A case of a right hand drove a left one once, and said that the failure was gone."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hands.toml").write_text(f'[bench]\nport = "/dev/nowhere"\n{table}\n')
+    ended = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", "bench"], input="y\n\n")
+    assert (ended.exit_code == Exit.USAGE) is bool(refused)
+    assert refused in ended.output
+    same = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", "bench", "--same-hand"], input="y\n\n")
+    assert same.exit_code == Exit.OUT_OF_LIMITS
+
+
+def test_a_serial_number_decides_over_a_name():
+    hand = HandOfCase("0.2.0", "right", "bench-right", "A1")
+    hand.require_same({"hand_id": "bench-new", "serial_number": "A1"})
+    for other in ({"serial_number": "B2", "hand_id": "bench-right"}, {"hand_id": "bench-left", "serial_number": ""}):
+        with pytest.raises(NotOneHandError, match="--same-hand"):
+            hand.require_same(other)

@@ -12,13 +12,13 @@ from aero.channels import Channel
 from hil.recordings.errors import UnusableFileError
 from hil.report.page import render_case
 from hil.verdict.case import DiagnosisCase, Done, Proposal
-from hil.verdict.case_file import CASE, HandOfCase, case_of, read_case, table_of, write_case
+from hil.verdict.case_file import CASE, HandOfCase, StoredCase, case_of, read_case, table_of, write_case
 from hil.verdict.case_words import MEND, came_of, conclusion, why
 from hil.verdict.failures import Failures
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import StepOutcome, steps
 
-HAND = HandOfCase("0.1.5", "left")
+HAND = HandOfCase("0.1.5", "left", "bench-left", "A1")
 CASE_OF_RING = DiagnosisCase(
     Failures({("staircase", "friction", "ring"): 3.0}),
     {Suspect(Part.SERVO, Channel.RING): 0.6, Suspect(Part.DIGIT, Channel.RING): 0.3, Suspect(Part.SETUP): 0.1},
@@ -40,7 +40,8 @@ def test_a_case_is_taken_up_as_it_was_put_down(done):
     case = CASE_OF_RING
     for name, at, outcome in done:
         case = case.after(Proposal(steps()[name], at, at), outcome, "a note")
-    assert case_of(json.loads(json.dumps(table_of(case, HAND)))) == (case, HAND)
+    stored = StoredCase(case, HAND, {"a question": "yes"})
+    assert case_of(json.loads(json.dumps(table_of(stored)))) == stored
 
 
 @pytest.mark.parametrize("text", ["", "[]", "null", "{", '{"experiments": ["none"]}', "[" * 9999, '{"experiments": 3}'])
@@ -56,8 +57,8 @@ def test_a_folder_without_a_case_says_what_opens_one(tmp_path):
 
 
 def test_page_and_words_show_the_part_and_the_chain(tmp_path):
-    write_case(tmp_path, MOVED, HAND)
-    case, _ = read_case(tmp_path)
+    write_case(tmp_path, StoredCase(MOVED, HAND))
+    case = read_case(tmp_path).case
     assert case.convicted == Suspect(Part.SERVO, Channel.RING)
     assert conclusion(case) == "Servo of the ring finger, which is now at the pinky finger. Replace this servo."
     page = render_case(case)

@@ -1,0 +1,189 @@
+"""A case gone through with a person: ask, announce, run again, store; the same on a terminal, a page and in tests."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Protocol
+
+from aero.channels import Channel
+from aero.clock import Clock, WallClock
+from aero.firmware import LONGEST_BOOT_S
+from aero.whole_file import write_whole
+from hil.cli.before_moving import motion
+from hil.cli.options import open_hand
+from hil.report.page import render_case
+from hil.report.results import write_results
+from hil.targets.asker import YES_OR_NO, Answer, Asker, CaseShown, Choice, FreeText, Motion, Option, Question, StepShown
+from hil.targets.hand_spec import HandSpec
+from hil.targets.target import NoHandError, Target
+from hil.verdict.case import DiagnosisCase, Proposal
+from hil.verdict.case_file import StoredCase, write_case
+from hil.verdict.case_words import came_of, conclusion, why
+from hil.verdict.diagnosis import NextStep
+from hil.verdict.failures import HANDS_FAULT
+from hil.verdict.findings import failed
+from hil.verdict.rerun import Plan, rerun
+from hil.verdict.run_end import EndKind
+from hil.verdict.steps import StepOutcome
+
+GO_ON = "Go on with the case that this run belongs to."
+NOTE = FreeText("Measured, read or seen (may stay empty):")
+FREED = Choice("Was there anything to take away?", YES_OR_NO)
+READY = Choice("Ready: the step is done, and the hand has power.", (Option("done", True),))
+TRY_S = 1.0
+"""Pause between two tries to reach a board that may home, s."""
+
+
+class CaseHand(Protocol):
+    """The hand of a case, which is opened anew after each step."""
+
+    @property
+    def spec(self) -> HandSpec:
+        """Which one it is."""
+
+    @property
+    def clock(self) -> Clock:
+        """Its time."""
+
+    def open(self) -> AbstractContextManager[Target]:
+        """Open it.
+
+        Raises:
+            NoHandError: nothing answers.
+        """
+
+
+@dataclass(frozen=True)
+class HandOnPort:
+    """A hand on a port."""
+
+    spec: HandSpec
+    clock: Clock = field(default_factory=WallClock)
+
+    def open(self) -> AbstractContextManager[Target]:
+        """Open it."""
+        return open_hand(self.spec)
+
+
+class CaseSession:
+    """A case, the hand that it is about, and the person there."""
+
+    def __init__(self, stored: StoredCase, folder: Path, hand: CaseHand, asker: Asker) -> None:
+        """Take a case up.
+
+        Args:
+            stored: the case as its file holds it.
+            folder: of the case.
+            hand: opened anew after each step.
+            asker: the person.
+        """
+        self.stored, self._folder, self._hand, self._asker = stored, folder, hand, asker
+
+    @property
+    def case(self) -> DiagnosisCase:
+        """The case with all steps so far."""
+        return self.stored.case
+
+    def go_through(self) -> None:
+        """Go from step to step until the case is closed.
+
+        Raises:
+            KeyboardInterrupt: the person stops; every answer until then is stored.
+            NoHandError: no hand answers in the time that a board may home.
+        """
+        self._store(self.stored)
+        while (proposal := self.case.next_step) is not None:
+            self._asker.show(self._shown(proposal))
+            outcome, note = self._taken(proposal, self._folder / f"step-{len(self.case.done) + 1}")
+            if outcome is None:
+                self._asker.tell("This run says nothing about the hand, as where this computer was busy: once more.")
+            else:
+                self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
+        again = shlex.join(["aero-hil", "validate", "--hil", self._hand.spec.target])
+        self._asker.show(CaseShown(self._done, conclusion=f"{conclusion(self.case)} Last: {again}"))
+
+    @property
+    def _done(self) -> tuple[str, ...]:
+        return tuple(map(came_of, self.case.done))
+
+    def _shown(self, proposal: Proposal) -> CaseShown:
+        touched = tuple(one for one in (proposal.at, proposal.beside) if one is not None)
+        step = proposal.step
+        return CaseShown(
+            self._done, StepShown(proposal.text, why(self.case, proposal), step.minutes, step.tool, touched)
+        )
+
+    def _store(self, stored: StoredCase) -> None:
+        self.stored = stored
+        write_case(self._folder, stored)
+        write_whole(self._folder / "case.html", render_case(stored.case))
+
+    def _answer(self, question: Question[Answer]) -> Answer:
+        """Return an answer of an earlier sitting, or ask and store it."""
+        if (line := self.stored.answers.get(question.text)) is not None:
+            self._asker.tell(f"answered   {question.text} {line or '-'}")
+            return question.read(line)
+        answer = self._asker.ask(question)
+        answers = {**self.stored.answers, question.text: question.line(answer)}
+        self._store(replace(self.stored, answers=answers))
+        return answer
+
+    def _taken(self, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
+        """Let the person do a step, and return what came of it, None where a run does not tell, and the note."""
+        step, note, freed = proposal.step, "", False
+        if step.asks:
+            seen = self._answer(Choice(proposal.text, YES_OR_NO))
+            note = self._answer(NOTE)
+            if seen or not step.runs:
+                return StepOutcome.SEEN if seen else StepOutcome.STAYS, note
+        if step.frees:
+            freed = self._answer(FREED)
+        self._asker.announce(self._motion(proposal))
+        self._asker.ask(READY)
+        with self._opened() as opened:
+            folder.mkdir(exist_ok=True)
+            outcome, run = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
+        # It belongs to this case, and opens none of its own.
+        go_on = NextStep(
+            GO_ON, shlex.join(["aero-hil", "diagnose", str(self._folder), "--hil", self._hand.spec.target])
+        )
+        write_results(replace(run, diagnosis=replace(run.diagnosis, case=None, step=go_on)), folder)
+        if run.end.kind is EndKind.INTERRUPTED and run.end.error is not None:
+            raise run.end.error
+        # What a step mended at its channel may not be all that is wrong with the hand; a busy computer is no check.
+        others = [one for one in failed(run.findings) if run.end.kind in HANDS_FAULT or one != run.end.finding]
+        if outcome in (StepOutcome.GONE, StepOutcome.FREED) and others:
+            note = "; ".join(filter(None, (note, f"elsewhere {len(others)} checks fail still")))
+        return outcome, note
+
+    def _motion(self, proposal: Proposal) -> Motion:
+        """Return what will move after a step, and for how long at most."""
+        spec, plan = self._hand.spec, Plan.after(self.case, proposal.step, self._hand.spec.firmware)
+        moves = motion(plan.furthest, plan.seconds, spec.guard)
+        homes = f"The hand homes (about {plan.homes_s:.0f} s). " if plan.homings else ""
+        more = f"; where they pass, all of the first run ({', '.join(plan.more)})" if plan.more else ""
+        runs = f"Runs {', '.join(plan.first)} (about {plan.first_s:.0f} s with opening){more}. "
+        return replace(
+            moves, text=f"{homes}{runs}{moves.text}", channels=tuple(Channel) if plan.homings else moves.channels
+        )
+
+    @contextmanager
+    def _opened(self) -> Iterator[Target]:
+        """Open the hand, as soon as its board answers: it may home for a while when power returns."""
+        begun = self._hand.clock.now()
+        with ExitStack() as stack:
+            while True:
+                waited_s = self._hand.clock.now() - begun
+                try:
+                    opened = stack.enter_context(self._hand.open())
+                    break
+                except NoHandError:
+                    if waited_s > LONGEST_BOOT_S:
+                        raise
+                self._asker.progress(0.0, "waiting for the board, which may home", LONGEST_BOOT_S - waited_s)
+                self._hand.clock.sleep_until(self._hand.clock.now() + TRY_S)
+            yield opened

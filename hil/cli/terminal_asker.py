@@ -1,0 +1,85 @@
+"""The person at the hand, reached by the terminal."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn
+
+from hil.cli.terminal import BAR_WIDTH, ProgressBar, description
+from hil.targets.asker import Answer, CaseShown, Choice, Motion, Question
+
+
+class TerminalAsker:
+    """Prints, and reads lines from standard input; the progress is a bar on standard error."""
+
+    def __init__(self, console: Console) -> None:
+        """Print to a console."""
+        self._console = console
+        self._shown = 0
+        """Steps of the case that were printed."""
+        self._bar: tuple[ProgressBar, TaskID] | None = None
+
+    def ask(self, question: Question[Answer]) -> Answer:
+        """Ask until there is an answer that fits.
+
+        Raises:
+            KeyboardInterrupt: at the end of the input, and on Ctrl-C.
+        """
+        self.tell(question.text)
+        while True:
+            try:
+                legend = f"{question.legend} " if isinstance(question, Choice) else ""
+                typed = click.prompt(legend, default="", show_default=False, prompt_suffix="> ")
+            except click.Abort as error:
+                raise KeyboardInterrupt from error
+            try:
+                return question.read(typed)
+            except ValueError as error:
+                self.tell(str(error))
+
+    def show(self, case: CaseShown) -> None:
+        """Print the steps that are new, and the next one or the end."""
+        for said in case.done[self._shown :]:
+            self.tell(f"done       {said}")
+        self._shown = len(case.done)
+        if (step := case.step) is not None:
+            minutes = f"{step.minutes:g} minute{'s' if step.minutes != 1 else ''}"
+            self.tell(f"why        {step.why}")
+            self.tell(f"next step  {step.do} ({minutes}{f', with {step.tool}' if step.tool else ''})")
+        if case.conclusion:
+            self._print(case.conclusion, style="bold")
+
+    def announce(self, motion: Motion) -> None:
+        """Print what will move."""
+        self.tell(motion.text)
+
+    def progress(self, part: float, doing: str, left_s: float) -> None:
+        """Move the bar, which is there from the first call until the motion ends."""
+        if self._bar is None:
+            time_left = TextColumn("{task.fields[left]}", markup=False)
+            bar = ProgressBar(description(), BarColumn(bar_width=BAR_WIDTH), TaskProgressColumn(), time_left)
+            self._bar = bar, bar.add_task("", total=1.0, left="")
+            bar.start()
+        bar, task = self._bar
+        bar.update(task, completed=part, description=doing, left=f"{left_s:.0f} s left")
+        if part >= 1.0:
+            self.close()
+
+    def tell(self, text: str) -> None:
+        """Print a line."""
+        self._print(text)
+
+    def close(self) -> None:
+        """Take the bar away, where there is one."""
+        if self._bar is not None:
+            self._bar[0].stop()
+            self._bar = None
+
+    def _print(self, text: str, **options: Any) -> None:
+        self.close()
+        self._console.print(text, **options)
+        sys.stdout.flush()
