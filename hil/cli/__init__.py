@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import traceback
 from difflib import get_close_matches
 from importlib import import_module
 from importlib.util import find_spec
@@ -12,10 +13,11 @@ from typing import Any
 import click
 
 from aero.exit_code import Exit
-from hil.cli.command_table import commands, is_ours
-from hil.cli.exits import Ended, ctrl_c_exits, other_package, run
+from hil.cli.command_table import DISTRIBUTION, Command, brought, commands, find_command, named
+from hil.cli.exits import Ended, code_of, ctrl_c_exits, run
 from hil.cli.logs import log_nowhere, with_log
-from hil.cli.output import echo, survive_closed_pipes
+from hil.cli.missing import is_ours, other_package
+from hil.cli.output import echo, survive_closed_streams
 
 
 class LazyGroup(click.Group):
@@ -30,8 +32,10 @@ class LazyGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that is asked for; one that is misspelt is answered with the nearest."""
         name = args[0]
-        if name not in commands() and (close := get_close_matches(name, commands(), 1)):
-            ctx.fail(f"There is no command `{name}`. Did you mean `{close[0]}`?")
+        if find_command(name) is None:
+            close = get_close_matches(name, commands(), 1)
+            meant = f"Did you mean `{close[0]}`?" if close else ""
+            ctx.fail("\n".join((f"There is no command `{name}`. {meant}".rstrip(), *brought().losses)))
         ctx.meta["help"] = not {"-h", "--help"}.isdisjoint(args)
         return super().resolve_command(ctx, args)
 
@@ -41,13 +45,13 @@ class LazyGroup(click.Group):
         Raises:
             Ended: what it imports is not installed.
         """
-        row = commands().get(cmd_name)
+        row = find_command(cmd_name)
         if row is None:
             return None
-        module, attribute = row.place.split(":")
+        if row.package != DISTRIBUTION:
+            return with_log(_foreign(cmd_name, row))
         try:
-            with ctrl_c_exits():
-                command: click.Command = getattr(import_module(module), attribute)
+            command = _imported(row)
         except ImportError as error:
             if is_ours(error.name) or other_package(error):
                 raise
@@ -60,23 +64,63 @@ class LazyGroup(click.Group):
             raise Ended(f"{needs} ({error})", Exit.USAGE) from error
         return with_log(command)
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; a defect of one that another package brings is named as that package's.
+
+        Raises:
+            Ended: the command of another package failed.
+        """
+        try:
+            return super().invoke(ctx)
+        except Exception as error:
+            row = find_command(ctx.invoked_subcommand or "")
+            said_already = isinstance(error, click.ClickException | click.exceptions.Exit | click.Abort)
+            if row is None or row.package == DISTRIBUTION or said_already or code_of(error) is not Exit.DEFECT:
+                raise
+            traceback.print_exc()
+            raise Ended(f"a defect of the package `{row.package}`: {named(error)}", Exit.DEFECT) from error
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands from their tables, so that help imports none of them."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, row.summary) for name, row in commands().items()])
+        for line in brought().losses:
+            formatter.write(f"{line}\n")
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
         """Run the command line and end the program, with the exit code that its ending asks for."""
         _name_drawing_library()
         # Figures are files here; a notebook names a backend of its own kernel, which no other program has.
         os.environ["MPLBACKEND"] = "agg"
-        survive_closed_pipes()
+        survive_closed_streams()
         log_nowhere()
         run(
             lambda: super(LazyGroup, self).main(
                 *arguments, **{"prog_name": "aero-hil", **settings, "standalone_mode": False}
             )
         )
+
+
+def _imported(row: Command) -> click.Command:
+    module, attribute = row.place.split(":")
+    with ctrl_c_exits():
+        command: click.Command = getattr(import_module(module), attribute)
+    return command
+
+
+def _foreign(name: str, row: Command) -> click.Command:
+    """Import a command of another package.
+
+    Raises:
+        Ended: it cannot be imported, or is not a command; the message names the package.
+    """
+    try:
+        command = _imported(row)
+        if not isinstance(command, click.Command):
+            raise TypeError(f"{row.place} is not a click command")
+    except BaseException as error:  # also SystemExit: nothing was done
+        raise Ended(f"`aero-hil {name}` of the package `{row.package}`: {named(error)}", Exit.USAGE) from error
+    return command
 
 
 GLFW_LIBRARY = "PYGLFW_LIBRARY"

@@ -5,13 +5,19 @@ A package brings commands with an entry point of the group `aero_hil.commands`, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import logging
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from importlib.metadata import entry_points
-from typing import NamedTuple
+from importlib.metadata import EntryPoint, PackageNotFoundError, distribution, distributions
+from typing import Any, NamedTuple
+
+from hil.cli.exits import ctrl_c_exits
+from hil.cli.output import printable
 
 GROUP = "aero_hil.commands"
-PACKAGES = ("aero", "firmware_emulator", "model", "hil")
+DISTRIBUTION = "aero-hil"
+NAME = re.compile(r"[a-z0-9][a-z0-9_-]*")
 
 
 class Command(NamedTuple):
@@ -23,6 +29,8 @@ class Command(NamedTuple):
     """Its line in the list of commands."""
     extra: str = "hil"
     """Extra that its imports come with."""
+    package: str = DISTRIBUTION
+    """Distribution that brings the command; set when its table is loaded."""
 
 
 OWN: dict[str, Command] = {
@@ -44,14 +52,84 @@ OWN: dict[str, Command] = {
 }
 
 
-@cache
+class Brought(NamedTuple):
+    """Commands out of entry points."""
+
+    rows: Mapping[str, Command]
+    """By name."""
+    losses: tuple[str, ...]
+    """One line for each package, or command, that cannot be used."""
+
+
+def find_command(name: str) -> Command | None:
+    """Return a command by name; other packages are loaded only for a name that is not of aero-hil."""
+    return _ours().rows.get(name) or brought().rows.get(name)
+
+
 def commands() -> Mapping[str, Command]:
     """Return every command by name, in the order in which they are listed."""
-    brought = [point.load() for point in sorted(entry_points(group=GROUP), key=lambda point: point.name)]
-    return OWN | {name: row for table in brought for name, row in table.items()}
+    return brought().rows
 
 
-def is_ours(module: str | None) -> bool:
-    """Return whether a module is of aero-hil: where it cannot be imported, it is a defect and no missing extra."""
-    top = (module or "").partition(".")[0]
-    return top in PACKAGES or top in {point.module.partition(".")[0] for point in entry_points(group=GROUP)}
+@cache
+def _ours() -> Brought:
+    """Return the commands of aero-hil's own distribution, with those of `train`."""
+    try:
+        points = distribution(DISTRIBUTION).entry_points.select(group=GROUP)
+    except PackageNotFoundError:  # run from a folder that is not installed
+        return Brought(OWN, ())
+    return _with_tables(Brought(OWN, ()), [(DISTRIBUTION, point) for point in points])
+
+
+@cache
+def brought() -> Brought:
+    """Return the commands of aero-hil and of every other package."""
+    return _with_tables(_ours(), sorted(_others(), key=lambda found: found[1].name))
+
+
+def _others() -> Iterator[tuple[str, EntryPoint]]:
+    """Yield the name of each other distribution with an entry point of the group."""
+    for found in distributions():
+        try:
+            points = found.entry_points.select(group=GROUP)
+            name = found.metadata["Name"] if points else ""
+        except Exception as error:
+            logging.getLogger(__name__).info("an installed package is unreadable: %s", error)
+            continue
+        if name and name != DISTRIBUTION:
+            yield from ((name, point) for point in points)
+
+
+def _with_tables(known: Brought, points: Iterable[tuple[str, EntryPoint]]) -> Brought:
+    """Return `known` with the commands of the entry points; a name that is taken stays as it is."""
+    rows, losses = dict(known.rows), list(known.losses)
+    for package, point in points:
+        try:
+            with ctrl_c_exits():
+                table = _checked(point.load())
+        except BaseException as error:  # also SystemExit: a package must not end the commands of others
+            losses.append(f"commands of the package `{package}` are left out: {named(error)}")
+            continue
+        if taken := sorted(rows.keys() & table.keys()):
+            losses.append(f"`{', '.join(taken)}` of the package `{package}` is left out: there is one already")
+        rows |= {name: row._replace(package=package) for name, row in table.items() if name not in rows}
+    return Brought(rows, tuple(losses))
+
+
+def _checked(table: Any) -> dict[str, Command]:
+    """Return a table of another package.
+
+    Raises:
+        TypeError: something that is not a table of commands.
+    """
+    if not isinstance(table, Mapping):
+        raise TypeError(f"{type(table).__name__} in place of a table of commands")
+    for name, row in table.items():
+        if not (isinstance(name, str) and NAME.fullmatch(name) and isinstance(row, Command) and ":" in row.place):
+            raise TypeError(f"{name!r}: {row!r} is not a command")
+    return {name: row._replace(summary=" ".join(printable(row.summary).split())) for name, row in table.items()}
+
+
+def named(error: BaseException) -> str:
+    """Return type and message of an error in one line."""
+    return printable(" ".join(f"{type(error).__name__}: {error}".split()).rstrip(": "))

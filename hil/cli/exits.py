@@ -21,7 +21,7 @@ import click
 from click.core import ParameterSource
 
 from aero.exit_code import Exit
-from hil.cli.command_table import is_ours
+from hil.cli.missing import is_ours, other_package
 from hil.cli.output import echo, printable
 from hil.recordings.errors import (
     FULL_DISK,
@@ -113,19 +113,6 @@ def ending(error: BaseException) -> tuple[int, str]:
     if (code := code_of(error)) is not Exit.DEFECT:
         return code, str(error)
     return Exit.DEFECT, f"a defect of aero-hil, please report it with the lines above: {type(error).__name__}: {error}"
-
-
-def other_package(error: ImportError) -> str:
-    """Return which other package has the name of one that is needed, such as `serial` on PyPI; empty where none has."""
-    top, _, part = (error.name or "").partition(".")
-    if is_ours(top) or (isinstance(error, ModuleNotFoundError) and not part):
-        return ""
-    found = sys.modules.get(top)
-    where = getattr(found, "__file__", None) or f"a folder {top!r}"
-    return (
-        f"{where} is not the package `{top}` that aero-hil needs ({error}): rename it, or install the right one "
-        f"(`serial` comes with pyserial)"
-    )
 
 
 @contextmanager

@@ -11,6 +11,7 @@ import click
 
 from aero.exit_code import Exit
 from aero.whole_file import write_whole
+from hil.checks import EXPERIMENTS, WHOLE_RUN
 from hil.cli.exits import Ended, judging, usage_errors
 from hil.cli.options import RECORDING
 from hil.cli.output import echo
@@ -99,6 +100,8 @@ def _judgeable(path: Path) -> Recording:
         recording = read_recording(path)
     if reason := NOT_JUDGED.get(recording.header.experiment):
         raise Ended(f"{path} {reason}", Exit.USAGE)
+    if (name := recording.header.experiment) not in (*EXPERIMENTS, WHOLE_RUN.name):
+        raise Ended(f"{path} is of {name!r}, which this version does not know", Exit.USAGE)
     return recording
 
 

@@ -11,7 +11,6 @@ from only_extras import hiding_others
 
 from hil.cli import main
 from hil.cli.command_table import commands
-from train.cli import COMMANDS
 
 WITHOUT = "import sys; sys.modules.update(dict.fromkeys({lacking!r})); from hil.cli import main; main({arguments!r})"
 """Runs the command line in a process in which some packages cannot be imported."""
@@ -48,12 +47,6 @@ def test_help_of_a_command_without_its_extra_is_one_line_that_names_it(tmp_path)
         assert line.startswith(
             f"{commands()[name].summary} `aero-hil {name}` needs the extra `{commands()[name].extra}`"
         )
-
-
-def test_the_commands_of_training_come_through_an_entry_point(monkeypatch):
-    assert COMMANDS.keys() < commands().keys()
-    monkeypatch.setattr("hil.cli.command_table.entry_points", lambda group: [])
-    assert not COMMANDS.keys() & commands.__wrapped__().keys()
 
 
 def test_a_misspelt_command_is_answered_with_the_nearest():

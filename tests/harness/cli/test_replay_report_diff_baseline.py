@@ -268,3 +268,13 @@ def test_a_defect_of_the_page_is_no_wrong_usage(results, tmp_path, monkeypatch):
     assert result.exit_code == 70
     assert "a defect of aero-hil" in result.output
     assert not (tmp_path / "r.html").exists()
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_recording_of_an_unknown_experiment_is_one_line(results, tmp_path, beside):
+    known = read_recording(results / "audit.mcap")
+    path = tmp_path / "unknown.mcap"
+    write_recording(dataclasses.replace(known, header=dataclasses.replace(known.header, experiment="of-2040")), path)
+    done = invoke("report", path, *(["--beside", path] if beside else []), "--out", tmp_path / "report.html")
+    assert done.exit_code == 2, done.output
+    assert "unknown.mcap is of 'of-2040'" in done.output
