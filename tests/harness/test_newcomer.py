@@ -61,7 +61,8 @@ def test_a_metric_is_added_in_the_folder_of_its_check(copy):
     with (folder / "checks.toml").open("a", encoding="utf-8") as table:
         table.write(
             '\n[[metric]]\nname = "peak_current"\nunit = "A"\nmeaning = "Too much."\nremedy = "Free it."\n'
-            'side = "above"\nfloor = 0.1\nworse = { by = 0.2, share = 0.1, meaning = "More." }\non = ["fingers"]\n'
+            'side = "above"\nfloor = 0.1\nevidence = "torque"\non = ["fingers"]\n'
+            'worse = { by = 0.2, share = 0.1, meaning = "More." }\n'
         )
     assert touched(copy) == {Path("hil/checks/holding")}
     program = (
@@ -94,7 +95,7 @@ def test_an_experiment_is_a_folder(copy):
     )
     (folder / "checks.toml").write_text(
         'title = "Whether a hand waits"\nrank = 15\nhand_s = 1\n\n[[metric]]\nname = "readings"\n'
-        'unit = "readings"\nmeaning = "How many."\non = ["hand"]\n'
+        'unit = "readings"\nmeaning = "How many."\nevidence = "time"\non = ["hand"]\n'
     )
     assert touched(copy) == {Path("hil/checks/waiting")}
     program = (
@@ -133,9 +134,8 @@ def test_a_fault_is_added_in_the_file_of_faults_like_it(copy):
     path = copy / "hil" / "faults" / "servo.py"
     edit(
         path,
-        '    Fault(\n        "servo_hot"',
-        '    Fault("servo_warm", FaultLayer.SERVO, Part.SERVO, "warm", _hot, ALL, Severity("°C", (40, 45, 50))),\n'
-        '    Fault(\n        "servo_hot"',
+        "FAULTS = (\n",
+        'FAULTS = (\n    Fault("servo_warm", SERVO, Part.SERVO, "warm", _hot, ALL, Severity("°C", (40, 45, 50))),\n',
     )
     assert touched(copy) == {Path("hil/faults/servo.py")}
     program = (
