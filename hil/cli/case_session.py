@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
@@ -32,10 +33,21 @@ from hil.verdict.steps import StepOutcome
 
 GO_ON = "Go on with the case that this run belongs to."
 NOTE = FreeText("Measured, read or seen (may stay empty):")
-FREED = Choice("Was there anything to take away?", YES_OR_NO)
-READY = Choice("Ready: the step is done, and the hand has power.", (Option("done", True),))
+FREED = "Was there anything to take away?"
+READY = "Ready: the step is done, and the hand has power."
+DONE = Option("done", True)
 TRY_S = 1.0
 """Pause between two tries to reach a board that may home, s."""
+
+
+class CaseHelper(Protocol):
+    """Somebody who does the steps of a case to an emulated hand."""
+
+    def do(self, proposal: Proposal) -> str:
+        """Do what a step says, and return what was done."""
+
+    def see(self, proposal: Proposal) -> str:
+        """Look, measure or read as a step says, and return what is seen."""
 
 
 class CaseHand(Protocol):
@@ -48,6 +60,10 @@ class CaseHand(Protocol):
     @property
     def clock(self) -> Clock:
         """Its time."""
+
+    @property
+    def helper(self) -> CaseHelper | None:
+        """Who does the steps where a person asks for it; None where nobody can."""
 
     def open(self) -> AbstractContextManager[Target]:
         """Open it.
@@ -63,6 +79,7 @@ class HandOnPort:
 
     spec: HandSpec
     clock: Clock = field(default_factory=WallClock)
+    helper: CaseHelper | None = None
 
     def open(self) -> AbstractContextManager[Target]:
         """Open it."""
@@ -82,6 +99,7 @@ class CaseSession:
             asker: the person.
         """
         self.stored, self._folder, self._hand, self._asker = stored, folder, hand, asker
+        self._seen_for: Proposal | None = None
 
     @property
     def case(self) -> DiagnosisCase:
@@ -103,8 +121,10 @@ class CaseSession:
                 self._asker.tell("This run says nothing about the hand, as where this computer was busy: once more.")
             else:
                 self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
-        again = shlex.join(["aero-hil", "validate", "--hil", self._hand.spec.target])
-        self._asker.show(CaseShown(self._done, conclusion=f"{conclusion(self.case)} Last: {again}"))
+        said = conclusion(self.case)
+        if not self._hand.spec.in_software:
+            said += f" Then validate again: {shlex.join(['aero-hil', 'validate', '--hil', self._hand.spec.target])}"
+        self._asker.show(CaseShown(self._done, conclusion=said))
 
     @property
     def _done(self) -> tuple[str, ...]:
@@ -132,18 +152,35 @@ class CaseSession:
         self._store(replace(self.stored, answers=answers))
         return answer
 
+    def _seen(self, text: str, proposal: Proposal) -> bool:
+        """Ask what the person has seen, or let it be seen for them."""
+        helper = self._hand.helper
+        if helper is not None and proposal != self._seen_for and text not in self.stored.answers:
+            self._seen_for = proposal
+            helped: Choice[bool] = Choice(text, (Option("look for me", True), Option("I have looked", False, "n")))
+            if self._asker.ask(helped):
+                self._asker.tell(f"seen       {helper.see(proposal)}")
+        return self._answer(Choice(text, YES_OR_NO))
+
+    def _do(self, proposal: Proposal) -> None:
+        """Ask until the step is done, or let it be done."""
+        if (helper := self._hand.helper) is None:
+            self._asker.ask(Choice(READY, (DONE,)))
+        elif self._asker.ask(Choice(READY, (Option("do it for me", False), replace(DONE, key="d")))) is False:
+            self._asker.tell(f"done       {helper.do(proposal)}")
+
     def _taken(self, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
         """Let the person do a step, and return what came of it, None where a run does not tell, and the note."""
         step, note, freed = proposal.step, "", False
         if step.asks:
-            seen = self._answer(Choice(proposal.text, YES_OR_NO))
+            seen = self._seen(_question(proposal.text), proposal)
             note = self._answer(NOTE)
             if seen or not step.runs:
                 return StepOutcome.SEEN if seen else StepOutcome.STAYS, note
         if step.frees:
-            freed = self._answer(FREED)
+            freed = self._seen(FREED, proposal)
         self._asker.announce(self._motion(proposal))
-        self._asker.ask(READY)
+        self._do(proposal)
         with self._opened() as opened:
             folder.mkdir(exist_ok=True)
             outcome, run = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
@@ -187,3 +224,9 @@ class CaseSession:
                 self._asker.progress(0.0, "waiting for the board, which may home", LONGEST_BOOT_S - waited_s)
                 self._hand.clock.sleep_until(self._hand.clock.now() + TRY_S)
             yield opened
+
+
+def _question(text: str) -> str:
+    """Return the question of a step's text."""
+    found = re.search(r"[^.?]*\?", text)
+    return text if found is None else found[0].strip()

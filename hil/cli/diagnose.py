@@ -9,15 +9,17 @@ from pathlib import Path
 import click
 
 from aero.exit_code import Exit
-from hil.cli.case_session import CaseSession, HandOnPort
+from hil.cli.case_session import CaseHand, CaseSession, HandOnPort
+from hil.cli.emulated_case import EmulatedCaseHand, emulated_hand
 from hil.cli.exits import usage_errors
 from hil.cli.output import echo
 from hil.cli.terminal import console
 from hil.cli.terminal_asker import TerminalAsker
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import PHYSICAL, HandSpec
 from hil.targets.hands_file import fields_of
 from hil.targets.opening import serial_number
-from hil.verdict.case_file import read_case
+from hil.targets.standing_hand import StandingHand
+from hil.verdict.case_file import HandOfCase, StoredCase, read_case
 
 
 @click.command()
@@ -25,26 +27,21 @@ from hil.verdict.case_file import read_case
     "folder", metavar="[CASE]", type=click.Path(exists=True, file_okay=False, path_type=Path),
     default="validation/latest",
 )  # fmt: skip
-@click.option("--hil", "port", metavar="TARGET", required=True, help="Port of the hand, or its name in hands.toml.")
+@click.option("--hil", "port", metavar="TARGET", help="Port of the hand, or its name in hands.toml.")
 @click.option("--same-hand", is_flag=True, help="This is the hand of the case, under another name or serial number.")
-def diagnose(*, folder: Path, port: str, same_hand: bool) -> None:
+def diagnose(*, folder: Path, port: str | None, same_hand: bool) -> None:
     """Isolate the part at fault of a hand that failed: the next step, then only what shows the failure, compared.
 
-    CASE is the folder of the run that failed, validation/latest if not given; version and side are its own. Ctrl-C puts
+    CASE is the folder of the run that failed, validation/latest if not given; version and side are its own. Without
+    --hil, the emulated hand of the case is made anew, with its faults, and each step can be done for you. Ctrl-C puts
     the case down; the same command takes it up. Exits with 0 when the failure is gone after the last step, and 1 when
     not.
     """
     with usage_errors():
         stored = read_case(folder)
-        hand = HandSpec.named(port)
-        if hand.in_software:
-            raise click.UsageError("a person changes the hand between two runs; give its port with --hil")
-        if not same_hand:
-            serial = serial_number(hand.target)
-            stored.hand.require_same({"hand_id": hand.hand_id or serial, "serial_number": serial, **fields_of(port)})
-        hand = replace(hand, firmware=stored.hand.firmware, side="left" if stored.hand.side == "left" else "right")
+        hand = _emulated(stored) if port is None else _on_port(stored.hand, port, same_hand=same_hand)
     asker = TerminalAsker(console())
-    session = CaseSession(stored, folder, HandOnPort(hand), asker)
+    session = CaseSession(stored, folder, hand, asker)
     try:
         session.go_through()
     except BaseException as error:
@@ -54,3 +51,23 @@ def diagnose(*, folder: Path, port: str, same_hand: bool) -> None:
         raise
     echo(folder / "case.html")
     sys.exit(Exit.WITHIN_LIMITS if session.case.gone else Exit.OUT_OF_LIMITS)
+
+
+def _emulated(stored: StoredCase) -> CaseHand:
+    """Return the emulated hand of a case, as it was after the last step."""
+    if stored.hand.unit == PHYSICAL:
+        raise click.UsageError("the case is of a hand on a port; give it with --hil")
+    hand = EmulatedCaseHand(StandingHand(emulated_hand(stored.hand)))
+    hand.redo(stored.case)
+    return hand
+
+
+def _on_port(known: HandOfCase, port: str, *, same_hand: bool) -> CaseHand:
+    """Return the hand of a port, where it is the one of the case."""
+    hand = HandSpec.named(port)
+    if hand.in_software:
+        raise click.UsageError("a port or a name is given with --hil; leave it out for the emulated hand of the case")
+    if not same_hand:
+        serial = serial_number(hand.target)
+        known.require_same({"hand_id": hand.hand_id or serial, "serial_number": serial, **fields_of(port)})
+    return HandOnPort(replace(hand, firmware=known.firmware, side="left" if known.side == "left" else "right"))

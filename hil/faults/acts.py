@@ -46,6 +46,9 @@ ACTS: dict[str, HandAct] = {
     "replace": HandAct(("PART", "[CHANNEL]"), "replace a part", Workbench.replace),
     "bend": HandAct(("CHANNEL",), "bend a digit by hand", Workbench.bend),
     "turn": HandAct(("CHANNEL",), "turn a spool by hand, its torque off", Workbench.turn),
+    "look": HandAct(("CHANNEL",), "bend a digit and look at it", Workbench.look),
+    "registers": HandAct((), "read all servos on a bus adapter", Workbench.registers),
+    "flashed": HandAct((), "look which firmware is on the board", Workbench.flashed),
     "voltage": HandAct((), "measure the supply", Workbench.voltage),
 }
 """What may be done. Every one of them happens at once, and what takes time goes on while the hand runs."""

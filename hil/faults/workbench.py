@@ -6,7 +6,6 @@ A `Workbench` holds the hand's faults and takes acts, at the present instant and
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,9 +17,9 @@ from hil.faults.assembly import Active, HandAssembly
 from hil.faults.by_hand import TOUCH_S, bend, turn, unloaded
 from hil.faults.fault import AssemblyStage, FaultLayer, Injection, Part
 from hil.faults.host import refuse_at_a_port
+from hil.faults.inspection import cables_of, in_words, odd_registers, seen_of_digit
 from hil.faults.mechanics import JOINTS, with_values
 from hil.faults.schedule import Schedule, refuse_rivals
-from hil.faults.winding import NEIGHBOUR
 from model import BuiltHandPlant
 from model.units import Unit
 
@@ -52,6 +51,7 @@ class Workbench:
         self._cables_off: dict[Channel, tuple[Active, list[Injection]]] = {}
         self._held: Active | None = None
         self._powered = True
+        self._aside: tuple[Injection, ...] = ()
         self._exchanged: list[tuple[Part, Channel, Channel]] = []
 
     @property
@@ -160,7 +160,7 @@ class Workbench:
             raise ValueError(f"the cable of {channel.label} is off its spool")
         # How a cable is wound does nothing to a servo without it.
         wound = [
-            fault for fault in self._present if fault.fault.layer is FaultLayer.WINDING and channel in _ends(fault)
+            fault for fault in self._present if fault.fault.layer is FaultLayer.WINDING and channel in cables_of(fault)
         ]
         for fault in wound:
             self._take(fault)
@@ -200,12 +200,14 @@ class Workbench:
 
     def let_go(self) -> str:
         """Take away whatever the hand holds or wears, and spread digits that touch."""
-        for fault in [one for one in self._present if one.part is Part.SETUP and one.fault.layer in TOUCHING]:
+        touching = [one for one in self._present if one.part is Part.SETUP and one.fault.layer in TOUCHING]
+        for fault in touching:
             self._take(fault)
+        there = bool(touching) or self._held is not None
         if self._held is not None:
             self._held.undo()
             self._held = None
-        return self._note("took everything out of the hand")
+        return self._note("took everything out of the hand" if there else "there was nothing to take out of the hand")
 
     def home(self) -> str:
         """Let the board home, as a program asks for it; it takes some seconds.
@@ -261,6 +263,31 @@ class Workbench:
         turn(self.assembly, channel, self._note)
         return self._note(f"turning the spool of {channel.label} by hand for {TOUCH_S:g} s, its torque off")
 
+    def look(self, channel: Channel) -> str:
+        """Bend a digit by hand and look at it, and say what differs from how it was."""
+        wound = [c for one in self._present if one.fault.layer is FaultLayer.WINDING for c in cables_of(one)]
+        return self._note(in_words(f"looked at {channel.label}", seen_of_digit(self.assembly, wound, channel)))
+
+    def registers(self) -> str:
+        """Read each servo on a bus adapter, and say which is set otherwise than most."""
+        return self._note(in_words("read the registers", odd_registers(self.assembly)))
+
+    def flashed(self) -> str:
+        """Look which firmware is on the board."""
+        return self._note(f"flashed: {self.assembly.firmware}, for a {self.assembly.board_side} hand")
+
+    def set_aside(self, *parts: Part) -> None:
+        """Use other parts for a while; `put_back` ends it."""
+        self._aside = tuple(one for one in self._present if one.part in parts)
+        for fault in self._aside:
+            self._take(fault)
+
+    def put_back(self) -> None:
+        """Use the own parts again."""
+        for fault in self._aside:
+            self._put(fault)
+        self._aside = ()
+
     def voltage(self) -> str:
         """Measure the supply at the board's plug."""
         return self._note(f"measured {self.volts():.2f} V at the plug")
@@ -311,8 +338,3 @@ class Workbench:
         self.done.append((self.hand.kernel.now, text))
         _LOG.info("%s", text)
         return text
-
-
-def _ends(fault: Injection) -> Sequence[Channel]:
-    """Return the channels whose cables a fault of winding is about."""
-    return [fault.where] if fault.name == "winding_reversed" else [fault.where, NEIGHBOUR[fault.where]]

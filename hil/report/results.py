@@ -43,8 +43,7 @@ def write_results(validation: Validation, out: Path) -> None:
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))
     if (case := validation.diagnosis.case) is not None and (header := validation.header) is not None:
-        hand = HandOfCase(header.firmware, header.hand, header.hand_id, header.serial_number)
-        write_case(out, StoredCase(case, hand))
+        write_case(out, StoredCase(case, HandOfCase.of(header)))
 
 
 def metrics_json(validation: Validation) -> dict[str, object] | None:

@@ -144,7 +144,7 @@ def _serial(opening: Opening, port: str) -> Iterator[tuple[Hand, Clock, WireLog]
         _standby_process(port, opening.spec.guard, opening.spec.firmware) as standby,
         _drive(wire, clock, opening, standby) as hand,
     ):
-        _first_reading(hand, opening.delays, port)
+        first_reading(hand, opening.delays, port)
         try:
             yield hand, clock, wire
         except (AeroError, SafetyStopError) as error:
@@ -154,7 +154,7 @@ def _serial(opening: Opening, port: str) -> Iterator[tuple[Hand, Clock, WireLog]
             raise
 
 
-def _first_reading(hand: Hand, delays: DelayLog, port: str) -> None:
+def first_reading(hand: Hand, delays: DelayLog, port: str) -> None:
     """Read a hand that has just been opened, again where this computer was too busy to hear it.
 
     Raises:

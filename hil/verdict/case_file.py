@@ -6,13 +6,15 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from aero.channels import Channel
 from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.recordings.errors import NotOneHandError, UnusableFileError
 from hil.recordings.output import json_text
+from hil.recordings.recording import Header
+from hil.targets.hand_spec import PHYSICAL
 from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.failures import LABELS, Failures
 from hil.verdict.parts import Part, Suspect
@@ -31,6 +33,18 @@ class HandOfCase:
     """Name of `hands.toml`, or serial number; empty where neither is known."""
     serial_number: str = ""
     """Of its USB port; empty where there is none."""
+    unit: str = PHYSICAL
+    """Unit of an emulated hand."""
+    seed: int = 0
+    faults: str = ""
+    """Of an emulated hand, as `hil.faults.parse_fault` reads them, with blanks between."""
+
+    @classmethod
+    def of(cls, header: Header) -> Self:
+        """Return the hand of a recording."""
+        return cls(
+            header.firmware, header.hand, header.hand_id, header.serial_number, header.unit, header.seed, header.faults
+        )
 
     def require_same(self, said: Mapping[str, str]) -> None:
         """See that a hand is this one, by what is said of it: fields of this class, those that are known.
@@ -50,6 +64,10 @@ class HandOfCase:
                 raise NotOneHandError(
                     f"the case is of another hand: {what} {then}, this is {now}; --same-hand where it is the same hand"
                 )
+
+
+HAND = tuple(one.name for one in fields(HandOfCase) if one.name != "seed")
+"""Fields of a hand that are text."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +150,7 @@ def case_of(table: Any) -> StoredCase:
             for row in table["steps"]
         ),
     )
-    hand = HandOfCase(*(str(table[one.name]) for one in fields(HandOfCase)))
+    hand = HandOfCase(**{name: str(table[name]) for name in HAND}, seed=int(table["seed"]))
     return StoredCase(case, hand, {str(asked): str(line) for asked, line in table["answers"].items()})
 
 

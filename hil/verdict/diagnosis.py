@@ -82,12 +82,14 @@ def command_again(header: Header) -> str:
 
 
 def command_of_case(header: Header | None, folder: Path | None) -> str:
-    """Return the command that takes a failed run up; of a hand that is gone with its program there is none.
+    """Return the command that takes a failed run up; of recordings whose hand is not known there is none.
 
     Args:
         header: of a recording of the run.
         folder: of its case; the latest run's when None.
     """
-    if header is None or header.target in IN_SOFTWARE:
+    if header is None:
         return ""
-    return shlex.join(["aero-hil", "diagnose", *([] if folder is None else [str(folder)]), "--hil", header.target])
+    # An emulated hand is made anew, with the faults of the case.
+    hand = [] if header.target in IN_SOFTWARE else ["--hil", header.target]
+    return shlex.join(["aero-hil", "diagnose", *([] if folder is None else [str(folder)]), *hand])

@@ -27,7 +27,7 @@ PAGES = sorted(
     for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
     if path.stem not in ELSEWHERE and blocks(path, "sh")
 )
-CODES = {"validate --fault": {1}, "validate --unit m": {0, 1}}
+CODES = {"validate --fault": {1}, "aero-hil diagnose": {1}, "validate --unit m": {0, 1}}
 """Exit codes of commands; a twin of the short recordings that are made here may be out of limits."""
 NEEDS_A_SCREEN = "MUJOCO_GL="
 NEEDS_A_CHECKPOINT = "aero-hil convert-policy"

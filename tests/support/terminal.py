@@ -22,6 +22,8 @@ SHORTER = {
     r"aero-hil evaluate\b": "--units 1 --episodes 2 --seconds 2",
 }
 """Command to the options that make it short here."""
+TYPED = {r"aero-hil diagnose(?!.*--hil)": "n\n\n" * 60}
+"""Command to what is typed: no to each question, Enter to let each step be done."""
 
 
 def commands(block):
@@ -63,6 +65,7 @@ class Terminal:
         ran = subprocess.run(
             " ".join([command, *more]), shell=True, cwd=self.folder, env=self.variables, text=True, timeout=LIMIT_S,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
+            input="".join(typed for pattern, typed in TYPED.items() if re.match(pattern, command)),
         )  # fmt: skip
         assert ran.returncode in codes, f"{command}\n{ran.stdout[-3000:]}"
         assert not missing(shown, ran.stdout), f"{command}\n{ran.stdout[-3000:]}"

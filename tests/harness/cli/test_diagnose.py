@@ -67,7 +67,7 @@ def test_where_a_person_sees_nothing_the_experiments_are_run(folder, monkeypatch
 def test_a_hand_that_is_gone_with_its_program_is_refused(target, folder):
     ended = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", target])
     assert ended.exit_code == Exit.USAGE
-    assert "give its port" in ended.output
+    assert "leave it out" in ended.output
 
 
 def test_where_other_checks_fail_still_it_is_said_with_what_is_gone(folder, monkeypatch):

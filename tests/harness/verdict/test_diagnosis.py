@@ -23,8 +23,8 @@ def test_what_a_person_interrupted_is_run_again_as_it_was():
     [
         ("/dev/ttyACM0", Path("my run"), "aero-hil diagnose 'my run' --hil /dev/ttyACM0"),
         ("/dev/ttyACM0", None, "aero-hil diagnose --hil /dev/ttyACM0"),
-        ("pty", Path("run"), ""),
-        ("emulated", Path("run"), ""),
+        ("pty", Path("run"), "aero-hil diagnose run"),
+        ("emulated", None, "aero-hil diagnose"),
     ],
 )
 def test_a_case_is_taken_up_where_it_was_written(target, folder, command):

@@ -1,0 +1,114 @@
+"""The emulated hand of a case, and somebody who does the steps to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import Literal
+
+from aero.channels import FINGERS, Channel
+from aero.errors import AeroError
+from aero.protocol import MAX_CODE
+from aero.safety import SafetyStopError
+from hil.faults import parse_fault
+from hil.faults.acts import act
+from hil.faults.fault import Part
+from hil.targets.hand_spec import HandSpec
+from hil.targets.standing_hand import StandingHand
+from hil.targets.target import Target
+from hil.verdict.case import DiagnosisCase, Proposal
+from hil.verdict.case_file import HandOfCase
+
+ASIDE = {"computer": (Part.COMPUTER, Part.DRIVER)}
+"""Parts that others stand in for, for as long as a step takes."""
+ACTS: dict[str, Sequence[str]] = {
+    "again": (),
+    "home": ("let_go",),
+    "look": ("let_go",),
+    "power": ("power_off", "power_on"),
+    "computer": (),
+    "release": ("replace driver",),
+    "cable": ("replace usb",),
+    "supply": ("replace bus",),
+    "flash": ("replace board",),
+    "registers": (),
+    "exchange": ("exchange_servos {at} {beside}",),
+}
+"""What is done for a step, as the prompt of `emulate` takes it; for one that asks, where the answer is no."""
+CLOSES_S, READS_S = 2.0, 0.05
+"""Time that the fingers get to close while the voltage is read, and period of reading, s."""
+
+
+class EmulatedCaseHand:
+    """An emulated hand on its bench; whatever is done to it stays until it is closed."""
+
+    def __init__(self, bench: StandingHand) -> None:
+        """Take the hand on a bench."""
+        self.bench, self.spec, self.clock = bench, bench.spec, bench.clock
+        self.helper = self
+
+    @contextmanager
+    def open(self) -> Iterator[Target]:
+        """Open it; what a step has set aside comes back afterwards."""
+        try:
+            with self.bench.open() as target:
+                yield target
+        finally:
+            self.bench.workbench.put_back()
+
+    def do(self, proposal: Proposal) -> str:
+        """Do what a step says, and return what was done."""
+        name = proposal.step.name
+        at, beside = ("" if one is None else one.label for one in (proposal.at, proposal.beside))
+        said = [act(self.bench.workbench, words.format(at=at, beside=beside)) for words in ACTS[name]]
+        if parts := ASIDE.get(name):
+            self.bench.workbench.set_aside(*parts)
+            said.append("took another computer with aero-hil as released")
+        return "; ".join(said) or "left everything as it is"
+
+    def see(self, proposal: Proposal) -> str:
+        """Look, measure or read as a step says, and return what is seen."""
+        looks: dict[str, Callable[[], str]] = {
+            "home": self.bench.workbench.let_go,
+            "look": lambda: self._look(proposal),
+            "supply": self._measure,
+            "flash": self._version,
+            "registers": self.bench.workbench.registers,
+        }
+        return looks[proposal.step.name]()
+
+    def redo(self, case: DiagnosisCase) -> None:
+        """Do the steps of a case again that were done to the hand before it was closed."""
+        for done in case.done:
+            self.do(done.proposal)
+
+    def _look(self, proposal: Proposal) -> str:
+        bench = self.bench.workbench
+        places = [one for one in (proposal.at, proposal.beside) if one is not None]
+        return "; ".join([bench.let_go(), *map(bench.look, places)])
+
+    def _measure(self) -> str:
+        bench, least = self.bench.workbench, self.bench.workbench.volts()
+        rest = least
+        with suppress(AeroError, OSError, SafetyStopError), self.bench.open() as target:
+            target.hand.command_codes([MAX_CODE if channel in FINGERS else 0 for channel in Channel])
+            until = self.clock.now() + CLOSES_S
+            while self.clock.now() < until:
+                self.clock.sleep_until(self.clock.now() + READS_S)
+                least = min(least, bench.volts())
+        gives = bench.assembly.healthy.servos.voltage
+        return f"{rest:.2f} V with the hand open, {least:.2f} V while the fingers close; the supply gives {gives:.1f} V"
+
+    def _version(self) -> str:
+        return f"{self.bench.workbench.flashed()}; named: {self.spec.firmware}, for a {self.spec.side} hand"
+
+
+def emulated_hand(hand: HandOfCase) -> HandSpec:
+    """Return the emulated hand that a case is about.
+
+    Raises:
+        ValueError: a fault is not known here.
+    """
+    side: Literal["left", "right"] = "left" if hand.side == "left" else "right"
+    faults = tuple(map(parse_fault, hand.faults.split()))
+    return HandSpec("emulated", hand.firmware, side, hand.unit, hand.seed, homed=True, faults=faults)

@@ -1,0 +1,110 @@
+"""A case is gone through alike by terminal, page and tests: an emulated hand, a board that homes, answers that stay."""
+
+from contextlib import contextmanager
+
+import pytest
+from click.testing import CliRunner
+
+from aero.channels import Channel
+from aero.exit_code import Exit
+from hil import open_target
+from hil.cli import main
+from hil.cli.case_session import CaseSession
+from hil.cli.emulated_case import ACTS
+from hil.targets.asker import Choice
+from hil.targets.hand_spec import HandSpec
+from hil.targets.target import NoHandError
+from hil.verdict.case import DiagnosisCase
+from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
+from hil.verdict.failures import Failures
+from hil.verdict.parts import Part, Suspect
+from hil.verdict.steps import StepOutcome, steps
+
+BY_HELP = "n\n\n" * 40
+"""No to each question, and Enter to let each step be done."""
+SETUP = StoredCase(
+    DiagnosisCase(Failures({("presence", "round_trip", "hand"): 9.0}), {Suspect(Part.SETUP): 0.9}, ("presence",)),
+    HandOfCase("0.2.0", "right"),
+)
+
+
+class Silent:
+    """Answers yes, and keeps what it is shown."""
+
+    def __init__(self):
+        self.told, self.doing, self.announced = [], [], []
+
+    def ask(self, question):
+        return question.options[0].answer if isinstance(question, Choice) else ""
+
+    def show(self, case):
+        self.told.append(case)
+
+    def announce(self, motion):
+        self.announced.append(motion)
+
+    def progress(self, part, doing, left_s):
+        self.doing.append((part, doing, left_s))
+
+    def tell(self, text):
+        self.told.append(text)
+
+
+class Homing:
+    """A hand whose board answers only after a while."""
+
+    spec, helper = HandSpec("/dev/nowhere"), None
+
+    def __init__(self, target, silent_s):
+        self.target, self.clock = target, target.clock
+        self.answers_at = self.clock.now() + silent_s
+
+    @contextmanager
+    def open(self):
+        if self.clock.now() < self.answers_at:
+            raise NoHandError("no hand answers")
+        yield self.target
+
+
+@pytest.mark.parametrize(("silent_s", "found"), [(9, True), (45, True), (120, False)])
+def test_a_board_that_homes_is_waited_for(silent_s, found, tmp_path):
+    """Enter 9 s after power returned ended with 3 once, and lost what had been typed."""
+    with open_target(homed=True) as target:
+        session = CaseSession(SETUP, tmp_path, Homing(target, silent_s), asker := Silent())
+        if not found:
+            with pytest.raises(NoHandError):
+                session.go_through()
+            assert read_case(tmp_path).answers
+            return
+        session.go_through()
+    assert session.case.gone
+    parts = [part for part, *_ in asker.doing]
+    assert parts == sorted(parts)
+    assert parts[-1] == 1.0
+    left = [left_s for _, doing, left_s in asker.doing if "board" not in doing]
+    assert left == sorted(left, reverse=True)
+
+
+def test_a_newcomer_sees_a_whole_case_on_the_emulated_hand_of_the_run(tmp_path):
+    run = ["--only", "presence", "--only", "audit", "--fault", "motor_dead:ring", "--out", str(tmp_path)]
+    CliRunner().invoke(main, ["validate", *run])
+    put_down = CliRunner().invoke(main, ["diagnose", str(tmp_path)], input="n\nn\n\nn\n\n")
+    assert "takes it up" in put_down.output
+    assert len(read_case(tmp_path).case.done) == 1
+    ended = CliRunner().invoke(main, ["diagnose", str(tmp_path)], input=BY_HELP)
+    assert ended.exit_code == Exit.OUT_OF_LIMITS
+    case = read_case(tmp_path).case
+    assert case.convicted == Suspect(Part.SERVO, Channel.RING)
+    assert case.done[-1].outcome is StepOutcome.MOVED
+    assert "exchanged the servos of ring and middle" in ended.output
+
+
+def test_a_hand_on_a_port_is_not_emulated(tmp_path):
+    write_case(tmp_path, SETUP)
+    ended = CliRunner().invoke(main, ["diagnose", str(tmp_path)])
+    assert ended.exit_code == Exit.USAGE
+    assert "give it with --hil" in ended.output
+
+
+def test_every_step_can_be_done_for_a_newcomer():
+    assert ACTS.keys() == steps().keys()
