@@ -9,12 +9,14 @@ from typing import Literal, get_args
 
 from firmware_emulator.firmware import setup_and_loop
 from firmware_emulator.firmware.board import Board
+from firmware_emulator.firmware.frames import to_word
 from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import DEFAULT_VERSION, profile_of
 from firmware_emulator.firmware.setup_and_loop import rom_text
 from firmware_emulator.native.program_board import ProgramBoard
 from firmware_emulator.plant import Plant
+from firmware_emulator.servo import control
 from firmware_emulator.servo.frame import Mounting
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, HLS3606M, ServoParameters
 from firmware_emulator.servo_chain import MountedServo, ServoChain
@@ -162,6 +164,17 @@ class EmulatedHand:
         unread = bytes(self._unread)
         self._unread.clear()
         return unread
+
+    def commanded_words(self) -> list[int]:
+        """Return the goal of each servo as a host word, by servo ID; the position of a servo without torque."""
+        window = self.board.window if isinstance(self.board, Board) else self._config
+        words = [0] * len(SERVOS)
+        for servo in self.servos:
+            if (at := servo.memory.get("id")) < len(words):
+                held = servo.memory.get("torque_enable") == control.ON
+                counts = servo.memory.get("goal_position" if held else "present_position")
+                words[at] = to_word(counts, window.extend[at], window.grasp[at])
+        return words
 
     def advance_plant(self) -> None:
         """Bring the plant up to the present, for whoever looks at it directly."""

@@ -62,6 +62,15 @@ def to_counts(word: int, extend: int, grasp: int) -> int:
     return min(max(extend + divide(word * (grasp - extend), FULL), 0), MAX_COUNTS)
 
 
+def to_word(counts: int, extend: int, grasp: int) -> int:
+    """Return the host word (0..65535) of a goal: the smallest for which `to_counts` gives this goal, in the window."""
+    span = abs(grasp - extend)
+    if not span:
+        return 0
+    inside = min(max((counts - extend) * (1 if grasp > extend else -1), 0), span)
+    return -(-inside * FULL // span)
+
+
 def to_host(position_word: int, extend: int, grasp: int) -> int:
     """Return the host word (0..65535) for a position register word, sign bit and all."""
     if grasp == extend:

@@ -185,8 +185,8 @@ class PtyServer(Closing):
         self._away_until = self._hand.kernel.now + ENUMERATION_S
         if self._network is not None:
             self._network.hang_up()
-        del self._takers[self._host]
-        self._host.close()
+        if self._takers.pop(self._host, None) is not None:  # else it is away already
+            self._host.close()
 
     def _come_back(self) -> None:
         if self._away_until is None or self._hand.kernel.now < self._away_until:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import sys
 from contextlib import closing, suppress
 from dataclasses import replace
 from functools import partial
@@ -50,6 +51,7 @@ _LOG = logging.getLogger(__name__)
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @RECORD
 @VIEW
+@click.option("--prompt", is_flag=True, help="Take words from the standard input also where it is not a terminal.")
 @click.option("--parent", type=int, hidden=True, help="Stop when this process is gone.")
 @click.option("--homed", is_flag=True, hidden=True, help="Home the hand before it is served.")
 def emulate(
@@ -63,13 +65,14 @@ def emulate(
     faults: tuple[str, ...],
     record: Path | None,
     view: bool,
+    prompt: bool,
     parent: int | None,
     homed: bool,
 ) -> None:
     """Serve an emulated hand until it is interrupted.
 
-    Prints one line `ready PATH` when a client may open PATH. Words typed then are done to the hand: `inject
-    motor_dead:ring`, `clear motor_dead:ring`, `exchange_servos ring pinky`; `help` lists them.
+    Prints one line `ready PATH` when a client may open PATH. Words typed then in a terminal are done to the hand:
+    `inject motor_dead:ring`, `clear motor_dead:ring`, `exchange_servos ring pinky`; `help` lists them.
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
@@ -95,7 +98,7 @@ def emulate(
             if file is not None:
                 file.note(text, severity)
 
-        hands_on = HandsOn(workbench, tell, reads=parent is None)
+        hands_on = HandsOn(workbench, tell, reads=prompt or (parent is None and in_terminal()))
         server.listeners.append(hands_on.heard)
 
         def stop() -> bool:
@@ -122,6 +125,11 @@ def emulate(
         for fault in schedule.unfired():
             echo(f"{NEVER_FIRED} {fault}")
     schedule.require_all_fired()
+
+
+def in_terminal() -> bool:
+    """Return whether somebody may type; a standard input that was closed at the start is None."""
+    return sys.stdin is not None and sys.stdin.isatty()
 
 
 def _record(file: WireFile, entry: WireEntry) -> None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 import os
 import select
-import stat
 import sys
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Literal
 
-from aero.channels import Channel
+from aero.channels import WIRE_ORDER, Channel
 from aero.protocol import MAX_CODE, make_positions
 from firmware_emulator.links.in_process import WireEntry
 from hil.faults.acts import ACTS, act
@@ -22,7 +21,18 @@ COMMAND = "command"
 """Begins the words that move a channel as a host would: `command ring 40`, in per cent of its window."""
 IDLE_S = 2.0
 """Time without a byte of a program after which the page may command the hand, s."""
+ARRIVES_S = 0.1
+"""Time after which a command of the page is in the servos' registers, s; until then the next one begins from it."""
 LARGEST = 4096
+"""Longest line that is typed, bytes; also the most that is read at once."""
+
+
+HELP = "\n".join(
+    [
+        *(f"{' '.join((name, *one.takes))}: {one.words}" for name, one in ACTS.items()),
+        f"{COMMAND} CHANNEL PERCENT: move a channel as a program does",
+    ]
+)
 
 
 class HandsOn:
@@ -31,17 +41,20 @@ class HandsOn:
     def __init__(
         self, workbench: Workbench, tell: Callable[[str, Literal["info", "error"]], None], *, reads: bool = False
     ) -> None:
-        """Prepare; `tell` is given what was done, or why it was not.
+        """Prepare.
 
-        With `reads`, lines of the standard input are taken too, where that is a terminal or a pipe.
+        Args:
+            workbench: of the served hand.
+            tell: takes a sentence for each act, done or refused.
+            reads: whether lines of the standard input are taken too; those of a terminal only in its foreground.
         """
         self._workbench, self._tell = workbench, tell
         self._lines: SimpleQueue[str] = SimpleQueue()
-        self._codes = [0] * len(Channel)
-        self._heard = -math.inf
+        self._codes: list[int] = []
+        self._sent_at = self._heard = -math.inf
         self._told = 0
         self._typed = b""
-        self._reads = reads and sys.stdin is not None and _can_be_read(sys.stdin.fileno())
+        self._reads = reads and sys.stdin is not None
 
     def put(self, line: str) -> None:
         """Take a line, from any thread."""
@@ -68,22 +81,24 @@ class HandsOn:
     def _do(self, line: str) -> None:
         words = line.split()
         if words[0] == "help":
-            for name, one in ACTS.items():
-                self._tell(f"{' '.join((name, *one.takes))}: {one.words}", "info")
+            self._tell(HELP, "info")
         elif words[0] == COMMAND:
-            self._command(*words[1:])
+            self._command(line)
         else:
             act(self._workbench, line)
 
-    def _command(self, label: str = "", percent: str = "") -> None:
+    def _command(self, line: str) -> None:
+        """Move one channel; the others keep the goal that they have, whoever gave it."""
         hand = self._workbench.hand
+        channel, percent = channel_and_percent(line)
         if hand.kernel.now - self._heard < IDLE_S:
             raise ValueError("a program commands the hand; the page may when it has been silent for 2 s")
-        channel = channel_named(label)
-        try:
-            self._codes[channel] = round(min(max(float(percent) / 100.0, 0.0), 1.0) * MAX_CODE)
-        except ValueError:
-            raise ValueError(f"it is written {COMMAND} CHANNEL PERCENT, not {label} {percent}") from None
+        now = hand.kernel.now
+        if now - self._sent_at > ARRIVES_S:
+            words = hand.commanded_words()
+            self._codes = [words[WIRE_ORDER.index(one)] for one in Channel]
+        self._codes[channel] = round(percent / 100.0 * MAX_CODE)
+        self._sent_at = now
         hand.receive(make_positions(self._codes))
 
     def _read(self) -> None:
@@ -100,7 +115,23 @@ class HandsOn:
         *lines, self._typed = (self._typed + data).split(b"\n")
         for line in lines:
             self.put(line.decode(errors="replace"))
+        if len(self._typed) > LARGEST:
+            self._typed = b""
+            self._tell(f"a line is at most {LARGEST} bytes", "error")
 
 
-def _can_be_read(end: int) -> bool:
-    return os.isatty(end) or stat.S_ISFIFO(os.fstat(end).st_mode)
+def channel_and_percent(line: str) -> tuple[Channel, float]:
+    """Return channel and share of its window, clipped to 0 to 100 %, of `command CHANNEL PERCENT`.
+
+    Raises:
+        ValueError: it is written otherwise; one line says how.
+    """
+    _, *words = line.split()
+    channel = channel_named(words[0] if words else "")
+    try:
+        (percent,) = map(float, words[1:])
+    except ValueError:
+        percent = math.nan
+    if math.isnan(percent):
+        raise ValueError(f"it is written {COMMAND} CHANNEL PERCENT, not {line!r}")
+    return channel, min(max(percent, 0.0), 100.0)

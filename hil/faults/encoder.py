@@ -146,7 +146,7 @@ FAULTS = (
           _encoder(lambda rate, _: lambda true, seconds: true + rate * seconds * RAD_PER_COUNT),
           ALL, Severity("counts/s", (0.5, 2, 10), -100, 100)),
     Fault("encoder_noise", ENCODER, Part.SERVO, "an encoder is noisy",
-          _encoder(_noisy), ALL, Severity("counts rms", (3, 10, 40))),
+          _encoder(_noisy), ALL, Severity("counts rms", (3, 10, 40), 0, 1024)),
     Fault("encoder_frozen", ENCODER, Part.SERVO, "an encoder always reads the same",
           on_shaft(lambda assembly, fault: Frozen(assembly.shafts, fault.where, lambda true, seconds: true)), ALL),
     Fault("encoder_quantised", ENCODER, Part.SERVO, "an encoder's steps are coarse",

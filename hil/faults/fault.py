@@ -82,7 +82,7 @@ class Severity:
     """Mild (near what a harness might just see), medium (the default), severe (plainly harmful)."""
     low: float = 0.0
     high: float = math.inf
-    """Bounds."""
+    """Bounds; those of the catalogue are finite."""
 
     def __str__(self) -> str:
         """Return the three steps with their unit, for people."""
