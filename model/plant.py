@@ -29,6 +29,8 @@ TURNING = 0.1
 """Speed at which a spool turns, rad/s; 65 counts/s."""
 NOTICEABLE = 0.003
 """Change of the supply from which on the drives are updated, fraction of nominal."""
+FAR_M, FAR_RAD = 0.1, 0.5
+"""Stretch of a cable and angle behind a stop that no fault of a hand gives."""
 LEAST_SUPPLY = 0.3
 """What a supply keeps, share of nominal."""
 
@@ -175,6 +177,31 @@ class BuiltHandPlant(Plant):
         self._model = self.compiled.model
         for shaft, drive in enumerate(self._asked):
             self.compiled.drive(shaft, drive)
+        self._bring_back()
+
+    def _bring_back(self) -> None:
+        """Turn back what ran away while nothing held it, as whoever mends it does before it is held again.
+
+        A spool without its cable turns by metres of it, a joint without its stop by turns. Held again at once, they
+        would be thrown back with more energy than the physics can follow.
+        """
+        joints = self._positions[self.compiled.joint_qpos]
+        inside = np.clip(joints, *self._model.jnt_range[self.compiled.joint_qpos].T)
+        away = np.abs(joints - inside) > FAR_RAD
+        if away.any():
+            self._positions[self.compiled.joint_qpos[away]] = inside[away]
+            self._velocities[self.compiled.joint_dofs[away]] = 0.0
+        stretched = self.compiled.loose(self._data) < -FAR_M
+        if stretched.any():
+            shafts = self.compiled.shaft_qpos[CABLE_SHAFTS][stretched]
+            loose = []
+            for turned in (0.0, 1.0):  # the cable is wound in proportion to the angle
+                self._positions[shafts] -= turned
+                mujoco.mj_fwdPosition(self._model, self._data)
+                loose.append(self.compiled.loose(self._data)[stretched])
+            self._positions[shafts] += loose[1] / (loose[1] - loose[0])
+            self._velocities[self.compiled.shaft_dofs[CABLE_SHAFTS][stretched]] = 0.0
+        self._state = None
 
     def state(self) -> ShaftState:
         """Return angles, speeds and efforts of the shafts; one state is read once, however often it is asked for."""

@@ -24,6 +24,16 @@ RELOAD_S = 3.0
 """Time without any browser after which all have gone, and none is merely loading the page again, s."""
 
 
+_ONE_AT_A_TIME = threading.Lock()
+
+
+def say(*words: str) -> None:
+    """Print a line; sliders are heard in threads of viser's, and their lines must not run into each other."""
+    with _ONE_AT_A_TIME:
+        sys.stdout.write(" ".join(words) + "\n")
+        sys.stdout.flush()
+
+
 def serve(page: Page, received: SimpleQueue[Message | None]) -> None:
     """Show what is received, until None or until it has ended and nobody looks any more."""
     end: ViewEnd | None = None
@@ -39,7 +49,7 @@ def serve(page: Page, received: SimpleQueue[Message | None]) -> None:
         now = time.monotonic()
         if now - alive > ALIVE_S:
             alive = now
-            print("alive", flush=True)
+            say("alive")
         if page.viewers:
             looked_at, last_seen = True, now
         if end is not None and now - last_seen > RELOAD_S and (looked_at or not end.stay):
@@ -51,8 +61,8 @@ def main() -> None:
     """Serve the page that the first line of the input describes."""
     if hasattr(os, "nice"):
         os.nice(POLITENESS)
-    page = Page(Heading(**json.loads(sys.stdin.readline())), on_words=lambda words: print(DO, words, flush=True))
-    print("ready", page.url, flush=True)
+    page = Page(Heading(**json.loads(sys.stdin.readline())), on_words=lambda words: say(DO, json.dumps(words)))
+    say("ready", page.url)
     received: SimpleQueue[Message | None] = SimpleQueue()
 
     def read() -> None:

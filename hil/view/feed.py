@@ -135,7 +135,7 @@ class Feed(Observer):
         self._alive.set()
         word, _, words = said.partition(" ")
         if word == DO and self._on_words is not None:
-            self._on_words(words)
+            self._on_words(json.loads(words))
 
     def _run(self) -> None:
         """Take frames and send them until the end; a page that has gone is said once and changes nothing else."""

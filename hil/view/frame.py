@@ -49,6 +49,8 @@ class ViewFrame:
     """Shaft angles that are asked for, (7,) rad."""
     measured: Floats = field(default_factory=unknown)
     """Shaft angles that the encoders say, (7,) rad."""
+    window_percent: Floats = field(default_factory=unknown)
+    """What the hand was last told, by whomever, (7,) % of the command window; known of an emulated hand only."""
     currents: Floats = field(default_factory=unknown)
     """Motor currents, (7,) A, magnitude."""
     temperatures: Floats = field(default_factory=unknown)
@@ -90,7 +92,7 @@ Message = ViewFrame | Note | Verdicts | ViewEnd
 
 
 DO = "do"
-"""First word of the line in which the page's process says what a person does to the hand."""
+"""First word of the line in which the page's process says what a person does to the hand; a JSON string follows."""
 
 
 def line(sent: Message) -> str:

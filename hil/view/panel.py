@@ -10,6 +10,8 @@ from jinja2 import Environment, PackageLoader
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
+from hil.faults.catalogue import severities
+from hil.faults.fault import Fault
 from hil.view.frame import Heading, Note, Verdicts, ViewFrame
 from hil.view.scene import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
 from model.appearance import PULLEY_RGBA
@@ -28,6 +30,11 @@ LAST_NOTES = 8
 def title(channel: Channel) -> str:
     """Return a channel's short name."""
     return f"Thumb {THUMB_NAMES[channel]}" if channel in THUMB_NAMES else channel.label.capitalize()
+
+
+def head(heading: Heading) -> str:
+    """Return what the page has in its head: title, layout on a phone, names of the inputs for screen readers."""
+    return TEMPLATES.get_template("head.html").render(title=heading.title)
 
 
 def numbers(heading: Heading, frame: ViewFrame, state: str) -> str:
@@ -49,6 +56,11 @@ def numbers(heading: Heading, frame: ViewFrame, state: str) -> str:
 def found(verdicts: Verdicts | None, notes: Sequence[Note]) -> str:
     """Return findings and the last events."""
     return TEMPLATES.get_template("found.html").render(verdicts=verdicts, notes=notes[-LAST_NOTES:])
+
+
+def described(fault: Fault) -> str:
+    """Return what a fault is, and its severities."""
+    return TEMPLATES.get_template("fault.html").render(words=fault.words, severities=severities(fault))
 
 
 def _row(frame: ViewFrame, channel: Channel) -> dict[str, object]:

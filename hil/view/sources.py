@@ -12,9 +12,9 @@ import numpy as np
 
 from aero.actuation import ActuationMap
 from aero.actuation.coefficients import SHIPPED
-from aero.channels import JOINT_BOX_RAD, Joint
+from aero.channels import JOINT_BOX_RAD, WIRE_ORDER, Channel, Joint
 from aero.driver import CURRENT_A_PER_UNIT
-from aero.protocol import FRAME_SIZE, Opcode, parse_reply, signed_values, unsigned_values
+from aero.protocol import FRAME_SIZE, MAX_CODE, Opcode, parse_reply, signed_values, unsigned_values
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo import control
@@ -42,13 +42,13 @@ class EmulatedSource:
     """An emulated hand in this process: true posture and cables, and what the servos' registers say."""
 
     def __init__(self, electronics: EmulatedHand, plant: BuiltHandPlant, codec: ActuationMap) -> None:
-        self._servos, self._plant, self._codec = electronics.servos, plant, codec
+        self._electronics, self._plant, self._codec = electronics, plant, codec
 
     def frame(self) -> ViewFrame:
         """Return the present instant."""
         seen = self._plant.glimpse()
         commanded, measured, currents, temperatures = (unknown() for _ in range(4))
-        for i, servo in enumerate(self._servos):
+        for i, servo in enumerate(self._electronics.servos):
             registers, angle, shaft = servo.memory, servo.frame.angle, SHAFT_OF_SERVO[i]
             if registers.get("torque_enable") == control.ON and registers.get("mode") == control.POSITION:
                 commanded[shaft] = angle(registers.get("goal_position"))
@@ -57,7 +57,9 @@ class EmulatedSource:
             temperatures[shaft] = registers.get("present_temperature")
         # Seven cables do not tell sixteen joints: the rest of the way is the map's, the posture so far the hand's own.
         joints = seen.joints + _posture(self._codec, commanded) - _posture(self._codec, measured)
-        numbers = commanded, measured, currents, temperatures, seen.tensions, seen.loose
+        words = self._electronics.commanded_words()
+        percent = np.array([words[WIRE_ORDER.index(channel)] for channel in Channel]) * (100.0 / MAX_CODE)
+        numbers = commanded, measured, percent, currents, temperatures, seen.tensions, seen.loose
         return ViewFrame(seen.time, seen.joints, _within_stops(joints), *numbers)
 
 
@@ -99,7 +101,7 @@ class WireSource:
             temperatures = unsigned_values(parse_reply(reply.data)).astype(float)
         joints, wanted = (_within_stops(_posture(self._codec, angles)) for angles in (measured, commanded))
         time = max(record.t for record in last.values())
-        return ViewFrame(time, joints, wanted, commanded, measured, currents, temperatures)
+        return ViewFrame(time, joints, wanted, commanded, measured, currents=currents, temperatures=temperatures)
 
     def _angles(self, record: WireRecord) -> Floats:
         return np.asarray(self._codec.angles_from_codes(unsigned_values(parse_reply(record.data))), float)

@@ -7,7 +7,6 @@ from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable
 from contextlib import redirect_stdout
-from functools import partial
 from io import StringIO
 from typing import Literal
 
@@ -17,7 +16,8 @@ from viser import uplot
 
 from aero.channels import Channel
 from hil.view import panel
-from hil.view.access_token import new_token, requiring_token
+from hil.view.access_token import guarding, new_token
+from hil.view.controls import Controls
 from hil.view.frame import Heading, Message, Note, Verdicts, ViewFrame
 from hil.view.scene import DrawnHand
 
@@ -51,6 +51,7 @@ class Page:
             RuntimeError: the page would not be guarded by its token.
         """
         self._heading, self._on_words = heading, on_words
+        self._controls: Controls | None = None
         self._frames: deque[ViewFrame] = deque(maxlen=KEPT if heading.live else None)
         self._notes: list[Note] = []
         self._verdicts: Verdicts | None = None
@@ -62,7 +63,7 @@ class Page:
         self._ticked = self._told = time.monotonic()
         token = new_token()
         # viser prints an address without the token.
-        with requiring_token(token, heading.title), redirect_stdout(StringIO()):
+        with guarding(token, panel.head(heading)), redirect_stdout(StringIO()):
             self._server = viser.ViserServer(HOST, port, label="Aero Hand", verbose=False)
         self.url = f"http://{HOST}:{self._server.get_port()}/{token}"
         """Address to open, with the token; the page shows the hand and cannot move it."""
@@ -127,7 +128,7 @@ class Page:
         self._buttons = gui.add_button_group("", ("Play", "Pause", *(("Live",) if self._heading.live else ())))
         self._found = gui.add_html("")
         if self._heading.hands_on:
-            self._add_controls(gui)
+            self._controls = Controls(gui, self._on_words)
         with gui.add_folder("Plots"):
             self._channel = gui.add_dropdown("Channel", [channel.label for channel in Channel])
             self._angles = self._plot("Shaft angle, °", ANGLE_COLOURS)
@@ -135,23 +136,6 @@ class Page:
             self._currents = self._plot("Currents, A", lines)
         self._time.on_update(self._moved)
         self._buttons.on_click(self._pressed)
-
-    def _add_controls(self, gui: viser.GuiApi) -> None:
-        """Add a slider a channel, which commands it as a host would, and a line for what a person does to it."""
-        with gui.add_folder("Command, % of the window"):
-            for channel in Channel:
-                slider = gui.add_slider(panel.title(channel), 0.0, 100.0, 1.0, 0.0)
-                slider.on_update(partial(self._commanded, channel))
-        with gui.add_folder("Do to the hand"):
-            words = gui.add_text("Words", "help")
-            gui.add_button("Do it").on_click(lambda _event: self._said(words.value))
-
-    def _commanded(self, channel: Channel, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
-        if event.client is not None:
-            self._on_words(f"command {channel.label} {event.target.value:g}")
-
-    def _said(self, words: str) -> None:
-        self._on_words(words)
 
     def _plot(self, title: str, lines: dict[str, str]) -> viser.GuiUplotHandle:
         """Add a plot over the hand's time with a line for each name and colour."""
@@ -172,6 +156,8 @@ class Page:
         state = {"Live": live, "Play": "playing", "Pause": "paused"}[self._mode]
         self._numbers.content = panel.numbers(self._heading, frame, state)
         self._found.content = panel.found(self._verdicts, [note for note in self._notes if note.t <= frame.t])
+        if self._controls is not None and self._mode == "Live":
+            self._controls.follow(frame.window_percent)
         if last > first:
             self._time.min, self._time.max = first, last
         if self._mode != "Pause":

@@ -73,5 +73,5 @@ def test_an_sdist_and_the_wheel_that_is_built_from_it_know_their_commit(checkout
 def test_the_workflows_run_environments_of_tox():
     matrix = re.findall(r"env: (?:\[(\w+)\]|(\w+))\}?$", (ROOT / ".github/workflows/tests.yml").read_text(), re.M)
     named = {"".join(pair) for pair in matrix} | {"portable"}
-    assert {"tests", "lint", "types", "firmware", "realtime", "slow"} < named
+    assert {"tests", "lint", "types", "firmware", "realtime", "slow", "browser"} < named
     assert named <= set(re.findall(r"^\[testenv:([\w-]+)\]", (ROOT / "tox.ini").read_text(), re.M))

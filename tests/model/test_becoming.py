@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from aero.channels import CABLES
 from firmware_emulator.plant import Drive
 from model import BuiltHandParameters, BuiltHandPlant
 
@@ -36,3 +37,20 @@ def test_another_hand_goes_on_from_the_same_state():
 def test_parts_cannot_vanish():
     with pytest.raises(ValueError, match="keeps its parts"):
         BuiltHandPlant().become(dataclasses.replace(BuiltHandParameters(), contacts=False))
+
+
+def test_a_spool_that_turned_on_without_its_cable_is_turned_back_when_it_is_wound_on_again():
+    """Thrown back by metres of cable, the physics would fail."""
+    whole = BuiltHandParameters()
+    off = dataclasses.replace(whole, cable_take_up=(0.9,) * 4 + (0.0,) + (0.9,) * 2)
+    plant = BuiltHandPlant()
+    plant.become(off)
+    for shaft in CABLES:
+        plant.drive(shaft, Drive(torque=0.5, limit=0.5))
+    plant.advance_to(5.0)
+    away = plant.angles()
+    plant.become(whole)
+    plant.advance_to(5.5)
+    assert away[list(CABLES)].min() > 40.0
+    assert np.abs(plant.angles()).max() < 20.0
+    assert plant.cable_tensions()[list(CABLES)].min() > 0.0

@@ -1,4 +1,4 @@
-"""Random acts and malformed lines on a served hand: each is done or refused in a sentence, and the hand is served on."""
+"""Random acts and malformed lines on a served hand: each is done or refused in a sentence, and none ends `emulate`."""
 
 import random
 import select

@@ -2,4 +2,4 @@
 
 from importlib.util import find_spec
 
-collect_ignore = [] if find_spec("viser") else ["test_page.py", "test_in_a_browser.py"]
+collect_ignore = [] if find_spec("viser") else ["test_page.py"]

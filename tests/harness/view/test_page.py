@@ -68,6 +68,50 @@ def test_only_who_knows_the_token_gets_the_page(page):
         assert raw.recv(100).split()[1] in (b"403", b"400")
 
 
+@pytest.mark.parametrize(
+    ("host", "origin", "status"),
+    [
+        ("127.0.0.1:8700", None, 200),
+        ("localhost:9000", "http://localhost:9000", 200),  # forwarded by SSH
+        ("attacker.example", None, 403),
+        ("attacker.example:8700", "http://attacker.example:8700", 403),
+        ("127.0.0.1:8700", "http://attacker.example", 403),
+        ("127.0.0.1:8700", "http://127.0.0.1:9999", 403),
+        ("127.0.0.1:8700", "null", 403),
+        ("127.0.0.1.attacker.example", None, 403),
+        ("[::1", None, 403),
+    ],
+)
+def test_a_foreign_host_or_origin_is_refused_in_spite_of_the_token(host, origin, status, page):
+    request = urllib.request.Request(page.url, headers={"Host": host} | ({"Origin": origin} if origin else {}))
+    try:
+        with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:
+            found, headers = answer.status, answer.headers
+    except urllib.error.HTTPError as refused:
+        found, headers = refused.code, refused.headers
+    assert found == status
+    assert headers["X-Frame-Options"] == "DENY"
+    assert headers["Content-Security-Policy"] == "frame-ancestors 'none'"
+
+
+def test_a_foreign_origin_gets_no_socket(page):
+    address, protocol = page.url.replace("http:", "ws:"), f"viser-v{viser.__version__}"
+    for origin in ("http://attacker.example", "http://127.0.0.1:9", "null"):
+        with pytest.raises(InvalidStatus, match="403"):
+            connect(address, subprotocols=[protocol], origin=origin)
+
+
+def test_lines_of_the_page_never_run_into_each_other():
+    """Many sliders and the sign of life at once; each line is read back as it was said."""
+    program = (
+        "import threading; from hil.view.__main__ import say\n"
+        "for n in range(8): threading.Thread(target=lambda n=n: [say('do', str(n)) for _ in range(500)]).start()\n"
+    )
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=True)
+    assert set(ran.stdout.splitlines()) == {f"do {n}" for n in range(8)}
+    assert len(ran.stdout.splitlines()) == 4000
+
+
 def test_only_who_knows_the_token_gets_a_socket(page):
     address, protocol = page.url.replace("http:", "ws:"), f"viser-v{viser.__version__}"
     with connect(address, subprotocols=[protocol], max_size=None) as opened:

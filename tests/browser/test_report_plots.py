@@ -1,42 +1,40 @@
-"""The page in a headless browser, without any network: plots are drawn, zoom, and follow a finding's link."""
+"""The report's page, without any network: plots are drawn, zoom, and follow a finding's link."""
 
 from dataclasses import replace
 
 import pytest
-from browser import CHROMIUM, opened
 
+from hil import open_target
+from hil.checks import DEFAULT
 from hil.report.page import render_report
 from hil.verdict.findings import failed
-
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")]
+from hil.verdict.validation import validate
 
 CHARTS = "document.querySelectorAll('{} .u-over').length"
 FIRST = "document.querySelector('#first-plot').charts[0]"
-DRAWN = """new Promise(done => {{ const look = () => {0} ? done(true) : setTimeout(look, 50); look(); }})"""
-BOX = """(() => { const box = document.querySelector('#first-plot .u-over').getBoundingClientRect();
-  return [box.left, box.top, box.width] })()"""
 
 
 def drag(tab, first, last):
     """Drag over parts of the first plot."""
-    left, top, width = tab.evaluate(BOX)
-    for kind, part, buttons in (
-        ("mouseMoved", first, 0), ("mousePressed", first, 1), ("mouseMoved", last, 1), ("mouseReleased", last, 0),
-    ):  # fmt: skip
-        x, button = left + part * width, "none" if kind == "mouseMoved" else "left"
-        tab.ask("Input.dispatchMouseEvent", type=kind, x=x, y=top + 20, button=button, buttons=buttons, clickCount=1)
+    box = tab.locator("#first-plot .u-over").first.bounding_box()
+    tab.mouse.move(box["x"] + first * box["width"], box["y"] + 20)
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + last * box["width"], box["y"] + 20)
+    tab.mouse.up()
 
 
 @pytest.fixture(scope="module")
-def tab(validated, tmp_path_factory):
+def tab(opened, tmp_path_factory):
+    with open_target(seed=3) as target:
+        validated = validate(target, (*DEFAULT, "short_staircase", "repeatability"))
     result = validated.results["staircase"]
     spoiled = [replace(f, passed=f.check != "friction" or f.subject != "ring", excess=3.0) for f in result.findings]
     results = {**validated.results, "staircase": replace(result, findings=tuple(spoiled))}
     folder = tmp_path_factory.mktemp("browser")
     (folder / "report.html").write_text(render_report(replace(validated, results=results)), encoding="utf-8")
     assert failed(spoiled)
-    with opened(f"file://{folder / 'report.html'}", folder) as tab:
-        tab.evaluate(DRAWN.format(CHARTS.format("#first-plot")))
+    with opened(f"file://{folder / 'report.html'}") as tab:
+        tab.wait_for_function(CHARTS.format("#first-plot"))
         yield tab
         assert not tab.errors
         assert [request for request in tab.requests if not request.startswith("file:")] == []
@@ -73,7 +71,7 @@ def test_dragging_zooms_every_row_of_the_column(tab):
     scale = FIRST + ".scales.x"
     before = tab.evaluate(f"{scale}.max - {scale}.min")
     drag(tab, 0.2, 0.5)
-    tab.evaluate(DRAWN.format(f"{scale}.max - {scale}.min < {0.5 * before}"))
+    tab.wait_for_function(f"{scale}.max - {scale}.min < {0.5 * before}")
     other = "document.querySelector('#first-plot').charts[2].scales.x"
     assert tab.evaluate(f"{other}.max - {other}.min") == pytest.approx(0.3 * before, rel=0.1)
 
@@ -81,7 +79,7 @@ def test_dragging_zooms_every_row_of_the_column(tab):
 def test_a_findings_link_opens_its_experiment_at_its_seconds(tab):
     tab.evaluate("document.querySelector('a[data-show]').click()")
     assert tab.evaluate("document.querySelector('#run-staircase').open")
-    tab.evaluate(DRAWN.format(CHARTS.format("#plot-staircase")))
+    tab.wait_for_function(CHARTS.format("#plot-staircase"))
     assert tab.evaluate("document.querySelector('#plot-staircase').plot.columns[0].channels") == [2]
 
 

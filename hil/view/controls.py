@@ -1,0 +1,80 @@
+"""Controls of the page of an emulated hand: a slider a channel, faults to pick, and a line for any act."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import viser
+
+from aero.channels import Channel
+from hil.faults import CATALOGUE
+from hil.faults.fault import STEPS, FaultLayer
+from hil.view import panel
+from hil.view.frame import Floats
+
+PICKED = {name: fault for name, fault in CATALOGUE.items() if fault.later and fault.layer is not FaultLayer.HOST}
+"""Faults that can begin on a running hand behind a port."""
+WHOLE_HAND = "whole hand"
+OWN_S = 1.0
+"""Time after a person moved a slider in which it does not follow the hand, s."""
+LONGEST = 1000
+"""Characters of the words that are passed on."""
+
+
+class Controls:
+    """What a person does to the hand on the page becomes words of the prompt."""
+
+    def __init__(self, gui: viser.GuiApi, on_words: Callable[[str], object]) -> None:
+        """Add the controls below what the page has so far; `on_words` takes the words."""
+        self._on_words = on_words
+        self._touched = dict.fromkeys(Channel, 0.0)
+        with gui.add_folder("Command, % of the window"):
+            self._sliders = [gui.add_slider(panel.title(channel), 0.0, 100.0, 1.0, 0.0) for channel in Channel]
+        for channel, slider in zip(Channel, self._sliders, strict=True):
+            slider.on_update(partial(self._commanded, channel))
+        with gui.add_folder("Faults"):
+            self._fault = gui.add_dropdown("Fault", list(PICKED))
+            self._described = gui.add_html("")
+            self._channel = gui.add_dropdown("Channel", [WHOLE_HAND])
+            self._severity = gui.add_dropdown("Severity", list(STEPS), initial_value=STEPS[1])
+            gui.add_button("Inject").on_click(
+                lambda _event: self._say(f"inject {self._picked()}={self._severity.value}")
+            )
+            gui.add_button("Clear").on_click(lambda _event: self._say(f"clear {self._picked()}"))
+        self._fault.on_update(lambda _event: self._offer())
+        self._offer()
+        with gui.add_form("Do to the hand") as form:
+            words = gui.add_text("Words", "help")
+            gui.add_button("Do it").on_click(lambda _event: self._say(words.value))
+        form.on_submit(lambda _event: self._say(words.value))
+
+    def follow(self, percent: Floats) -> None:
+        """Move sliders that nobody is moving to what the hand was told, (7,) % of the window, NaN where not known."""
+        now = time.monotonic()
+        for channel, slider in zip(Channel, self._sliders, strict=True):
+            told = percent[channel]
+            if np.isfinite(told) and now - self._touched[channel] > OWN_S and round(told) != round(slider.value):
+                # mypy does not see a setter that stands apart from its getter.
+                slider.value = float(round(told))  # type: ignore[misc]
+
+    def _commanded(self, channel: Channel, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+        if event.client is not None:  # a person, and not the page itself
+            self._touched[channel] = time.monotonic()
+            self._say(f"command {channel.label} {event.target.value:g}")
+
+    def _offer(self) -> None:
+        """Describe the fault that is picked, and offer the channels that it may sit on."""
+        if (fault := PICKED.get(self._fault.value)) is not None:
+            self._described.content = panel.described(fault)
+            self._channel.options = [channel.label for channel in fault.channels] or [WHOLE_HAND]
+            self._severity.disabled = fault.severity is None
+
+    def _picked(self) -> str:
+        where = self._channel.value
+        return self._fault.value if where == WHOLE_HAND else f"{self._fault.value}:{where}"
+
+    def _say(self, words: str) -> None:
+        self._on_words(words[:LONGEST])
