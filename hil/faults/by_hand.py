@@ -17,6 +17,8 @@ TOUCH_S = 2.0
 """For how long a person bends a digit or turns a spool, s."""
 PUSH_NM = 0.12
 """What a finger is pushed with at each joint, N m."""
+PLAY_MM, OFF_MM = 1.0, 50.0
+"""Play of a cable that a finger feels, and play beyond that of any cable on its spool, mm."""
 TURN_RAD, TURN_NM, TURN_GAIN, TURN_DAMPING = math.pi, 0.6, 2.0, 0.02
 """How far a spool is turned by hand, with how much at most, N m, and how: N m/rad, N m s/rad."""
 LOOK_S = 0.01
@@ -26,7 +28,7 @@ Tell = Callable[[str], object]
 
 
 def bend(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:
-    """Push a digit closed, then open, from now on; `tell` takes by how much it moved when it is let go."""
+    """Push a digit closed, then open, from now on; `tell` takes how far it moved and what its cable felt like then."""
     joints, mechanics, kernel = list(JOINTS[channel]), assembly.mechanics, assembly.hand.kernel
     start = mechanics.joint_angles()[joints]
     reached: list[float] = []
@@ -41,11 +43,24 @@ def bend(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:
 
     def let_go() -> None:
         push(0.0)
-        tell(f"bent {channel.label} by hand: it moved by {math.degrees(max(reached)):.0f} deg")
+        tell(
+            f"bent {channel.label} by hand; {cable_words(assembly, channel)}; it moved by "
+            f"{math.degrees(max(reached)):.0f} deg"
+        )
 
     push(1.0)
     kernel.call_at(kernel.now + 0.5 * TOUCH_S, push, -1.0)
     kernel.call_at(kernel.now + TOUCH_S, let_go)
+
+
+def cable_words(assembly: HandAssembly, channel: Channel) -> str:
+    """Return what a finger feels of the cable of a digit at rest; a cable off its spool is none that holds."""
+    if channel not in CABLES:
+        return "it has no cable"
+    loose_mm = 1e3 * float(assembly.mechanics.slack()[channel])
+    if loose_mm > OFF_MM:
+        return "its cable hangs free"
+    return "its cable is taut" if loose_mm < PLAY_MM else f"its cable has {loose_mm:.0f} mm of play"
 
 
 def turn(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:

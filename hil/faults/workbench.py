@@ -254,7 +254,7 @@ class Workbench:
         return self._note(f"replaced: {part.value}{'' if channel is None else f' of {channel.label}'}")
 
     def bend(self, channel: Channel) -> str:
-        """Bend a digit by hand, closed and then open; by how much it moved is noted when it is let go."""
+        """Bend a digit by hand, closed and then open; how far it moved and its cable are noted when it is let go."""
         bend(self.assembly, channel, self._note)
         return self._note(f"bending {channel.label} by hand for {TOUCH_S:g} s")
 

@@ -129,6 +129,21 @@ def test_a_person_feels_a_jammed_digit_and_turns_a_spool(target):
     assert abs(felt("turn pinky")) < 5
 
 
+@pytest.mark.parametrize("channel", [Channel.RING, Channel.THUMB_FLEXOR])
+def test_a_person_feels_a_dead_motor_and_a_cable_off_its_spool_differently(channel, target):
+    def felt():
+        target.act(f"bend {channel.label}")
+        target.clock.sleep_until(target.clock.now() + 3.0)
+        return target.get(Workbench).done[-1][1]
+
+    target.inject(f"motor_dead:{channel.label}")
+    dead = felt()
+    target.clear(f"motor_dead:{channel.label}")
+    target.act(f"cable_off {channel.label}")
+    assert "hangs free" in felt()
+    assert "hangs free" not in dead
+
+
 def test_a_meter_shows_a_weak_supply_and_none_when_it_is_off(target):
     volts = target.get(Workbench).volts()
     target.inject("supply_low=0.4")
