@@ -26,10 +26,17 @@ PLACING_SPREAD_M = 0.002
 class CubePlant(BuiltHandPlant):
     """A built hand and a cube that is out of reach until `place_cube`."""
 
-    def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right", cube: Cube = CUBE) -> None:
+    def __init__(
+        self,
+        parameters: BuiltHandParameters | None = None,
+        hand: Side = "right",
+        cube: Cube = CUBE,
+        *,
+        seed: int = 0,
+    ) -> None:
         self._cube = cube
         # A unit may leave contacts out, which a hand that is fitted without an object does not need.
-        super().__init__(replace(parameters or BuiltHandParameters(), contacts=True), hand)
+        super().__init__(replace(parameters or BuiltHandParameters(), contacts=True), hand, seed=seed)
         joint = self._model.joint("cube")
         self._cube_qpos, self._cube_dof = joint.qposadr[0], joint.dofadr[0]
         self._turned = 0.0

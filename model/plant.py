@@ -62,7 +62,8 @@ class BuiltHandPlant(Plant):
     Time is cut where the caller cuts it, by a last shortened step, so a drive changes exactly when it is changed.
     """
 
-    def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right") -> None:
+    def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right", *, seed: int = 0) -> None:
+        """Build the hand; `seed` draws how its sheaths rub in each motion."""
         self.parameters = parameters or BuiltHandParameters()
         self._hand: Side = hand
         self.compiled = CompiledHand(self._spec(hand), self.parameters)
@@ -86,8 +87,8 @@ class BuiltHandPlant(Plant):
         """Of the shafts, from one read of MuJoCo's memory; None since something changed."""
         self._friction_factors = np.ones(len(CABLES))
         self._turning = [0.0] * len(CABLES)
-        # One for each, so that a cable rubs alike whatever the others do.
-        self._random = [np.random.default_rng(cable) for cable in CABLES]
+        # A generator for each cable: its friction does not depend on the motion of the others.
+        self._random = [np.random.default_rng([seed, cable]) for cable in CABLES]
 
     @property
     def time(self) -> float:

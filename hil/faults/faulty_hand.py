@@ -92,7 +92,7 @@ def build_faulty(
         schedule: of the faults; their times count from the moment at which the hand is ready.
         firmware: version that is declared.
         hand: side.
-        seed: of the noise.
+        seed: of the noise and of the friction of each motion.
         start: state of the board, as for `EmulatedHand`.
         nvs: what the board has stored.
         program: firmware program on the board.
@@ -107,7 +107,7 @@ def build_faulty(
     assembly = HandAssembly(unit, firmware=firmware, side=hand, random=schedule.random, fire=schedule.fire)
     workbench = Workbench(assembly, schedule)
     workbench.build(AssemblyStage.BUILDING)
-    plant = BuiltHandPlant(assembly.unit.hand, hand) if mechanics is None else mechanics(assembly.unit)
+    plant = BuiltHandPlant(assembly.unit.hand, hand, seed=seed) if mechanics is None else mechanics(assembly.unit)
     assembly.build_mechanics(plant, rewire)
     workbench.build(AssemblyStage.SHAFTS)
     electronics = FaultyHand(

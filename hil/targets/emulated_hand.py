@@ -55,7 +55,7 @@ def build_emulated(
         nvs=nvs,
         program=spec.firmware_program,
         rewire=rewire,
-        mechanics=None if cube is None else lambda built: CubePlant(built.hand, side, cube),
+        mechanics=None if cube is None else lambda built: CubePlant(built.hand, side, cube, seed=spec.seed),
     )
 
 
