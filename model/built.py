@@ -16,7 +16,7 @@ from model.appearance import CABLE_RGBA
 from model.geometry import Side, hand
 from model.geometry.palm import THENAR_GUIDE
 from model.geometry.winding import SPOOL_RADIUS, WINDING
-from model.parameters import BuiltHandParameters
+from model.parameters import STANDARD_GRAVITY, BuiltHandParameters
 from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
 from model.softness import constraint
 
@@ -72,7 +72,11 @@ def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
     spec.modelname = f"aero_built_{side}"
     spec.option.timestep = unit.timestep
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.gravity = unit.gravity * np.array(unit.down)
+    spec.option.gravity = STANDARD_GRAVITY * np.array(unit.down)
+    if unit.gravity != STANDARD_GRAVITY:
+        # The hand's alone: what lies in a hand without weight falls all the same.
+        for body in spec.bodies[1:]:
+            body.gravcomp = 1.0 - unit.gravity / STANDARD_GRAVITY
     if not unit.contacts:
         for geom in spec.geoms:
             geom.contype = geom.conaffinity = 0

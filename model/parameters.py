@@ -19,6 +19,8 @@ from firmware_emulator.servo.parameters import HLS3606M
 from model.geometry.palm import THENAR_RADIUS
 from model.geometry.winding import ABDUCTION_RADIUS
 
+STANDARD_GRAVITY = 9.81
+"""m/s²."""
 Channels = tuple[float, ...]
 Joints = tuple[float, ...]
 
@@ -74,8 +76,8 @@ class BuiltHandParameters:
     """Radius of the part of the palm that the metacarpal meets when it flexes without abduction, m; zero is none."""
     stop_compliance: float = 0.005
     """Give of a joint's end stops, rad/(N m); printed parts, assumed."""
-    gravity: float = 9.81
-    """m/s²."""
+    gravity: float = STANDARD_GRAVITY
+    """What the hand's own parts weigh, m/s²; zero for a hand without weight. An object in it falls in any case."""
     down: tuple[float, float, float] = (0.0, 0.0, -1.0)
     """Direction of gravity in the hand's frame, of length 1; unless told otherwise the hand lies on its back."""
     contacts: bool = True

@@ -25,6 +25,13 @@ def test_a_placed_cube_lies_where_it_was_put_and_then_falls():
     assert plant.cube_rotation == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_cube_falls_in_a_hand_without_weight():
+    plant = CubePlant(load_unit("ideal").hand)
+    plant.place_cube((0.11, 0.0, 0.5))
+    plant.advance_to(0.1)
+    np.testing.assert_allclose(plant.cube_position(), [0.11, 0.0, 0.5 - 0.5 * 9.81 * 0.1**2], atol=2e-3)
+
+
 def test_a_cube_is_touched_in_the_hand_and_not_in_the_air():
     plant = CubePlant()
     plant.place_cube((0.11, 0.0, 0.5))

@@ -71,7 +71,7 @@ def measure(recording: Recording) -> Measured:
         ]
         best = int(np.argmin([error.std() for error in errors]))
         found[channel.label] = {
-            "replay_delay": 1e3 * float(delays[best]),
+            "replay_delay": round(1e3 * float(delays[best])),
             "replay_shape": float(errors[best].std()),
         }
     return found
