@@ -18,7 +18,7 @@ from firmware_emulator.servo.parameters import HLS3606M
 from hil.checks.shared.signals import CommandStep
 from hil.checks.staircase.rise_time import Response, respond
 
-RECORDED_MA = {5: "30", 10: "30", 20: "36-38", 30: "43", 40: "47.5", 46: "50", 52: "50"}
+RECORDED_MA = {5: "30", 10: "30", 20: "36-38", 30: "43", 40: "47.5", 46: "50", 52: "50", 75: "45"}
 """Current of a recorded hand, mA a count of error, by the error in counts."""
 MA_PER_UNIT = 6.5
 """Nominal scale of the current register."""

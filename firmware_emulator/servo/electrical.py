@@ -1,9 +1,11 @@
-"""Current and temperature of a servo as pure functions of effort and time."""
+"""Current and temperatures of a servo as pure functions of effort and time."""
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
 
 from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, ServoParameters
 
@@ -16,9 +18,15 @@ class CurrentLaw:
         self._floor_ma, self._rise_ma = servo.current_floor_ma, servo.current_rise_ma
         self._knee = servo.current_knee_counts**2
         self._known = servo.current_known_counts
-        self._start = self._recorded(self._known)
-        self._beyond = 1.0 / servo.duty_per_count - self._known
-        self._gain = servo.full_duty_units - self._start
+        blocked, full = servo.current_blocked_counts, 1.0 / servo.duty_per_count
+        knots = [(self._known, self._recorded(self._known))]
+        if blocked < full:
+            knots.append((blocked, blocked * servo.current_blocked_ma / CURRENT_UNIT_MA))
+        knots.append((full, servo.full_duty_units))
+        self._lines = [
+            (end, start, units, (last - units) / (end - start)) for (start, units), (end, last) in pairwise(knots)
+        ]
+        """Straight lines beyond the recorded curve: end and start, counts, units at the start, units a count."""
         self._at_rest_always = not servo.current_turning_ma and math.isinf(servo.current_fading_counts)
         self._floor = servo.current_floor_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
         self._turning = servo.current_turning_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
@@ -27,13 +35,16 @@ class CurrentLaw:
     def at_rest(self, effort: float) -> float:
         """Return the current of a motor held at an effort (N m, sign ignored).
 
-        The recorded curve as far as it was recorded (30 mA per count of error below 10 counts, 37 at 20, 43 at 30, 50
-        at 46), and from there straight to the reading at full duty, whatever the gain.
+        The recorded curve as far as channels held still (30 mA a count of error below 10 counts, 37 at 20, 43 at 30, 50
+        at 46), from there straight to what blocked fingers drew, and on to the reading at full duty, whatever the gain.
         """
         counts = abs(effort) / self._effort_per_count
         if counts <= self._known:
             return self._recorded(counts)
-        return self._start + (counts - self._known) / self._beyond * self._gain
+        for end, start, units, slope in self._lines:  # noqa: B007
+            if counts <= end:
+                break
+        return units + (counts - start) * slope
 
     def turning(self, effort: float, speed: float) -> float:
         """Return the current of a winding's effort (N m) and a speed (counts/s), signs ignored.
@@ -74,11 +85,22 @@ def effort_limit(current_units: int, servo: ServoParameters) -> float:
     return high
 
 
-def temperature_after(
-    temperature_c: float, mean_square_a2: float, seconds: float, servo: ServoParameters, *, speed_counts: float = 0.0
-) -> float:
-    """Return the temperature (°C) after `seconds` with a mean square current (A²) and a mean speed (counts/s)."""
-    heating = servo.heating_c_per_s * mean_square_a2 / (mean_square_a2 + servo.heating_knee_a**2)
-    heating += servo.heating_c_per_count * abs(speed_counts)
-    final = servo.rest_temperature_c + heating * servo.cooling_s
-    return final + (temperature_c - final) * math.exp(-seconds / servo.cooling_s)
+class Heat(NamedTuple):
+    """Temperatures of one servo; its sensor, beside the motor, reads their sum."""
+
+    case_c: float
+    """Of the case, °C."""
+    motor_c: float = 0.0
+    """Of the motor above the case, K."""
+
+    def after(self, current_a: float, speed_counts: float, seconds: float, servo: ServoParameters) -> Heat:
+        """Return the temperatures after `seconds` at a current (A, as read) and a speed (counts/s), signs ignored.
+
+        One law at rest and in motion: current and travel warm the motor, its copper losses warm the case.
+        """
+        case = servo.rest_temperature_c + servo.case_c_per_a2 * current_a**2
+        motor = servo.motor_c_per_a * abs(current_a) + servo.motor_c_per_count_per_s * abs(speed_counts)
+        return Heat(
+            case + (self.case_c - case) * math.exp(-seconds / servo.cooling_s),
+            motor + (self.motor_c - motor) * math.exp(-seconds / servo.motor_s),
+        )

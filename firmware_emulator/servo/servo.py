@@ -13,7 +13,7 @@ from random import Random
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.servo import control
 from firmware_emulator.servo.control import LoopSettings
-from firmware_emulator.servo.electrical import temperature_after
+from firmware_emulator.servo.electrical import Heat
 from firmware_emulator.servo.feedback import MULTI_TURN, FeedbackBlock
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile, decode_signed
@@ -68,6 +68,7 @@ class Servo:
         self._kernel = kernel
         self._shafts = shafts
         self.feedback = FeedbackBlock(self.memory, self.frame, mounting, parameters, Random(f"{seed}/{servo}"))
+        self._heat = Heat(parameters.start_temperature_c)
         self._wanted = self._acting = self._at_power_up()
         self._asked: LoopSettings | None = None
         """What the control registers say, None since something else than a goal was written."""
@@ -138,9 +139,8 @@ class Servo:
         feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
         current_a = feedback.current_units * CURRENT_UNIT_MA / 1000.0
         speed = self.frame.counts_per_rad * self._shafts.sample().speeds[self._mounting.shaft]
-        feedback.temperature_c = temperature_after(
-            feedback.temperature_c, current_a**2, seconds, self.parameters, speed_counts=speed
-        )
+        self._heat = self._heat.after(current_a, speed, seconds, self.parameters)
+        feedback.temperature_c = sum(self._heat)
         feedback.status = self._protection.status(memory, seconds)
         memory.set("status", feedback.status)
         unload = memory.get("unload_conditions")
@@ -153,7 +153,8 @@ class Servo:
             self._control_written()
 
     def heat_to(self, celsius: float) -> None:
-        """Give the servo a temperature (°C)."""
+        """Give case and motor the same temperature (°C)."""
+        self._heat = Heat(celsius)
         self.feedback.temperature_c = celsius
 
     def hold_write(self, address: int, data: bytes) -> None:

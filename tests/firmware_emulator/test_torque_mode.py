@@ -42,7 +42,7 @@ def test_the_hot_clamp_acts_on_the_cached_temperature_and_only_when_commanded(ma
         host.send(0x11, *[30000] * 7)
         host.wait(1.0)
         for servo in host.hand.servos[:2]:
-            servo.feedback.temperature_c = at + 0.5
+            servo.heat_to(at + 0.5)
         host.wait(0.02)
         before = goal_torques(host)
         host.wait(0.1)

@@ -12,7 +12,7 @@ from aero import Channel
 from aero.safety import SafetyStopError
 
 FIRMWARES = ["pre", "0.1.0", "0.2.0"]
-COOL = {"heating_c_per_s": 1e-9, "heating_c_per_count": 0.0}
+COOL = {"case_c_per_a2": 0.0, "motor_c_per_a": 0.0, "motor_c_per_count_per_s": 0.0}
 """Servos that stay cool: a physical hand would have to rest after some minutes of this."""
 SECONDS = float(os.environ.get("BUSY_HOST_S", "120"))
 

@@ -38,7 +38,9 @@ RANGES = {
     "refresh_period_s": (1e-5, 1.0),
     "current_filter_s": (1e-6, 10.0),
     "cooling_s": (1e-3, 1e6),
+    "motor_s": (1e-3, 1e6),
     "full_duty_units": (1.0, 32767.0),
+    "current_blocked_counts": (0.0, math.inf),
     "current_fading_counts": (0.0, math.inf),
 }
 """Of fields of `ServoParameters` that 0 to `LARGEST` does not fit."""

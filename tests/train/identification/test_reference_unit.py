@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aero.channels import FINGERS, Channel
-from firmware_emulator.servo.electrical import CurrentLaw, temperature_after
+from firmware_emulator.servo.electrical import CurrentLaw, Heat
 from hil.targets.opening import open_target
 from model.units import load_unit
 from train.identification.trace import closing_current_sign
@@ -34,7 +34,7 @@ def counts(target):
     return np.rint(target.hand.read_codes() * SPANS / 65535)
 
 
-@pytest.mark.parametrize(("error", "milliamperes"), [(6, 30), (10, 30), (20, 37), (30, 43), (46, 50)])
+@pytest.mark.parametrize(("error", "milliamperes"), [(6, 30), (10, 30), (20, 37), (30, 43), (46, 50), (74, 45)])
 def test_static_current_against_error(error, milliamperes):
     servo = UNIT.servos
     effort = error * servo.stall_torque * servo.duty_per_count
@@ -51,8 +51,8 @@ def test_static_current_against_error(error, milliamperes):
 )
 def test_heating(start, amperes, speed, seconds, rise):
     """Recorded rises between readings in whole degrees, with the speeds of the replays of these runs."""
-    warm = temperature_after(start, amperes**2, seconds, UNIT.servos, speed_counts=speed)
-    assert warm - start == pytest.approx(rise, abs=1.5)
+    warm = Heat(start).after(amperes, speed, seconds, UNIT.servos)
+    assert sum(warm) - start == pytest.approx(rise, abs=1.5)
 
 
 def test_idle_currents_at_the_open_hand_before_it_moves(target):
