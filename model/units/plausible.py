@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aero.channels import Joint
+from aero.channels import CABLES, FINGERS, Channel, Joint
 from model.units import Unit, load_unit
 
 PLAUSIBLE = "plausible:"
@@ -44,12 +44,18 @@ RANGES = (
     Range("hand.supply_ratio", 1.1, "bench supply against battery"),
     Range("hand.supply_sag", 2.0, "length and section of the wires; assumed"),
     Range("hand.cable_friction_spread", 1.5, "assumed"),
+    Range("servos.case_c_per_a2", 1.5, "air and mounting of the case; assumed"),
+    Range("servos.motor_c_per_a", 1.2, "fitted one by one, the servos of one hand differ by as much"),
+    Range("servos.motor_c_per_count_per_s", 1.2, "the same"),
 )
 """Drawn by factors."""
 TAKE_UP_M = (-2.5e-4, 0.0, 2.3e-3)
 """Cable to wind in before a finger moves, m: lowest, median and highest. Half of the fingers are taut, as the recorded
-hand's four; the others are set to within one tooth of the servo's 25-tooth spline, 14.4°.
+hand's four; the others are set to within one tooth of the servo's 25-tooth spline, 14.4°. One thumb was recorded: its
+CMC and flexor cables are drawn as widely, around what they are there. Abduction has no cable.
 The 7.6 mm that one owner measured on an index is slack that a tooth or three would have taken in: a fault."""
+ACCELERATION_UNIT_COUNTS = (64.0, 100.0)
+"""One unit of the acceleration register, counts/s²: as the paper's rise times ask, to what the vendor states."""
 CMC_STOP_RAD = (0.88, 0.97)
 """Closed stop of CMC flexion, rad: homing finds it with the thumb abducted, and it then decides where the palm blocks
 the thumb without abduction: 55 to 61 % of 0.2.0's window, the recorded hand's 60.5 % included."""
@@ -93,12 +99,15 @@ def plausible_unit(seed: int) -> Unit:
     for field in ("spring_open", "spring_closed"):
         hand[field] = tuple(np.multiply(hand[field], loads).tolist())
     take_up = np.array(hand["cable_take_up"])
-    take_up[:4] = np.interp(draw.uniform(0.0, 1.0, 4), (0.0, 0.5, 1.0), TAKE_UP_M)
+    lengths = np.interp(draw.uniform(0.0, 1.0, len(CABLES)), (0.0, 0.5, 1.0), TAKE_UP_M)
+    take_up[list(FINGERS)] = lengths[:4]
+    take_up[[Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR]] += lengths[4:]
     hand["cable_take_up"] = tuple(take_up.tolist())
     stops = np.array(hand["closed_stop"])
     stops[Joint.THUMB_CMC] = draw.uniform(*CMC_STOP_RAD)
     hand["closed_stop"] = tuple(stops.tolist())
     hand["thenar_radius"] = float(draw.uniform(*THENAR_M))
+    tables["servos"]["acceleration_unit_counts"] = float(draw.uniform(*ACCELERATION_UNIT_COUNTS))
     tables["servos"]["start_temperature_c"] = float(draw.uniform(*START_C))
     return dataclasses.replace(
         unit,

@@ -3,13 +3,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aero import AeroHand
-from aero.channels import Joint
+from aero.channels import CABLES, FINGERS, Channel, Joint
 from firmware_emulator.links.in_process import InProcessLink
 from hil.targets.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from model.units import load_unit
-from model.units.plausible import CMC_STOP_RAD, RANGES, START_C, TAKE_UP_M, THENAR_M, plausible_unit
+from model.units.plausible import (
+    ACCELERATION_UNIT_COUNTS,
+    CMC_STOP_RAD,
+    RANGES,
+    START_C,
+    TAKE_UP_M,
+    THENAR_M,
+    plausible_unit,
+)
 
+THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -25,7 +34,11 @@ def test_stays_in_its_ranges(seed):
             drawn[Joint.THUMB_CMC] = origin[Joint.THUMB_CMC]
         assert np.all(drawn <= origin * span.factor * (1 + 1e-12))
         assert np.all(drawn >= origin / span.factor * (1 - 1e-12))
-    assert all(TAKE_UP_M[0] <= take_up <= TAKE_UP_M[-1] for take_up in unit.hand.cable_take_up[:4])
+    lengths = np.array(unit.hand.cable_take_up)
+    lengths[list(THUMB_CABLES)] -= np.array(reference.hand.cable_take_up)[list(THUMB_CABLES)]
+    assert np.all(lengths[list(CABLES)] >= TAKE_UP_M[0] - 1e-12)
+    assert np.all(lengths[list(CABLES)] <= TAKE_UP_M[-1] + 1e-12)
+    assert ACCELERATION_UNIT_COUNTS[0] <= unit.servos.acceleration_unit_counts <= ACCELERATION_UNIT_COUNTS[1]
     assert THENAR_M[0] <= unit.hand.thenar_radius <= THENAR_M[1]
     assert START_C[0] <= unit.servos.start_temperature_c <= START_C[1]
 
@@ -33,6 +46,12 @@ def test_stays_in_its_ranges(seed):
 def test_about_half_of_the_fingers_are_taut_at_the_open_hand():
     taut = [take_up < 0.0 for seed in range(50) for take_up in plausible_unit(seed).hand.cable_take_up[:4]]
     assert 80 <= sum(taut) <= 120
+
+
+def test_thumbs_differ_as_widely_as_fingers():
+    lengths = np.array([plausible_unit(seed).hand.cable_take_up for seed in range(50)])
+    for cable in THUMB_CABLES:
+        assert lengths[:, cable].std() > 0.7 * lengths[:, list(FINGERS)].std(axis=0).mean()
 
 
 def test_same_seed_same_unit():
