@@ -85,7 +85,7 @@ def effort_limit(current_units: int, servo: ServoParameters) -> float:
     return high
 
 
-class Heat(NamedTuple):
+class Warmth(NamedTuple):
     """Temperatures of one servo; its sensor, beside the motor, reads their sum."""
 
     case_c: float
@@ -93,14 +93,14 @@ class Heat(NamedTuple):
     motor_c: float = 0.0
     """Of the motor above the case, K."""
 
-    def after(self, current_a: float, speed_counts: float, seconds: float, servo: ServoParameters) -> Heat:
+    def after(self, current_a: float, speed_counts: float, seconds: float, servo: ServoParameters) -> Warmth:
         """Return the temperatures after `seconds` at a current (A, as read) and a speed (counts/s), signs ignored.
 
         One law at rest and in motion: current and travel warm the motor, its copper losses warm the case.
         """
         case = servo.rest_temperature_c + servo.case_c_per_a2 * current_a**2
         motor = servo.motor_c_per_a * abs(current_a) + servo.motor_c_per_count_per_s * abs(speed_counts)
-        return Heat(
+        return Warmth(
             case + (self.case_c - case) * math.exp(-seconds / servo.cooling_s),
             motor + (self.motor_c - motor) * math.exp(-seconds / servo.motor_s),
         )

@@ -13,7 +13,7 @@ from random import Random
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.servo import control
 from firmware_emulator.servo.control import LoopSettings
-from firmware_emulator.servo.electrical import Heat
+from firmware_emulator.servo.electrical import Warmth
 from firmware_emulator.servo.feedback import MULTI_TURN, FeedbackBlock
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import RegisterFile, decode_signed
@@ -68,7 +68,7 @@ class Servo:
         self._kernel = kernel
         self._shafts = shafts
         self.feedback = FeedbackBlock(self.memory, self.frame, mounting, parameters, Random(f"{seed}/{servo}"))
-        self._heat = Heat(parameters.start_temperature_c)
+        self._heat = Warmth(parameters.start_temperature_c)
         self._wanted = self._acting = self._at_power_up()
         self._asked: LoopSettings | None = None
         """What the control registers say, None since something else than a goal was written."""
@@ -134,7 +134,7 @@ class Servo:
         """bit/s."""
 
     def look_after(self, seconds: float) -> None:
-        """Heat up or cool down over the last `seconds`, and apply the protections."""
+        """Warmth up or cool down over the last `seconds`, and apply the protections."""
         feedback, memory = self.feedback, self.memory
         feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
         current_a = feedback.current_units * CURRENT_UNIT_MA / 1000.0
@@ -154,7 +154,7 @@ class Servo:
 
     def heat_to(self, celsius: float) -> None:
         """Give case and motor the same temperature (°C)."""
-        self._heat = Heat(celsius)
+        self._heat = Warmth(celsius)
         self.feedback.temperature_c = celsius
 
     def hold_write(self, address: int, data: bytes) -> None:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from firmware_emulator.servo.electrical import CurrentLaw, Heat, effort_limit
+from firmware_emulator.servo.electrical import CurrentLaw, Warmth, effort_limit
 from firmware_emulator.servo.feedback import standard_normal
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import decode_signed, encode_signed
@@ -58,7 +58,7 @@ def test_a_slow_motor_draws_more_than_one_at_rest_and_a_fast_one_less(counts, sp
     assert 6.5 * CurrentLaw(TURNING).turning(effort, speed) == pytest.approx(milliamperes, abs=1)
 
 
-HEATS = st.builds(Heat, st.floats(20, 80), st.floats(0, 30))
+HEATS = st.builds(Warmth, st.floats(20, 80), st.floats(0, 30))
 AMPERES, COUNTS_PER_S, SECONDS = st.floats(-5, 5), st.floats(-9000, 9000), st.floats(0, 4000)
 
 
@@ -87,7 +87,7 @@ def test_current_and_travel_heat_either_way_and_their_heats_add_up(start, curren
     ],
 )
 def test_one_law_heats_a_blocked_servo_and_lets_a_moving_one_go_on(current_a, speed, seconds, low, high):
-    start = Heat(HLS3606M.rest_temperature_c)
+    start = Warmth(HLS3606M.rest_temperature_c)
     assert low <= sum(start.after(current_a, speed, seconds, HLS3606M)) <= high
 
 

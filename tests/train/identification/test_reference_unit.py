@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aero.channels import FINGERS, Channel
-from firmware_emulator.servo.electrical import CurrentLaw, Heat
+from firmware_emulator.servo.electrical import CurrentLaw, Warmth
 from hil.targets.opening import open_target
 from model.units import load_unit
 from train.identification.trace import closing_current_sign
@@ -51,7 +51,7 @@ def test_static_current_against_error(error, milliamperes):
 )
 def test_heating(start, amperes, speed, seconds, rise):
     """Recorded rises between readings in whole degrees, with the speeds of the replays of these runs."""
-    warm = Heat(start).after(amperes, speed, seconds, UNIT.servos)
+    warm = Warmth(start).after(amperes, speed, seconds, UNIT.servos)
     assert sum(warm) - start == pytest.approx(rise, abs=1.5)
 
 
