@@ -5,12 +5,15 @@ from __future__ import annotations
 import logging
 import os
 import subprocess
+import sys
+import sysconfig
 import threading
 import weakref
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from itertools import zip_longest
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import IO
 
@@ -27,6 +30,8 @@ class ChildError(RuntimeError):
     """A child did not start, did not answer or did not end; the message has its name and what it printed."""
 
 
+PACKAGES = ("aero", "serial", "numpy")
+"""Packages that a child process imports first."""
 _ALL: weakref.WeakSet[ChildProcess] = weakref.WeakSet()
 
 
@@ -42,6 +47,7 @@ class ChildProcess:
         name: str,
         *,
         on_line: Callable[[str], object] | None = None,
+        on_error: Callable[[str], object] | None = None,
         own_errors: bool = True,
     ) -> None:
         """Start it.
@@ -51,6 +57,7 @@ class ChildProcess:
             name: what messages call it.
             on_line: called in another thread with each line that it prints, but for the one that says `ready`; without
                 it, lines wait for `read_line`.
+            on_error: called in another thread with each line of its standard error.
             own_errors: whether its standard error is taken for messages; it shares that of this program otherwise.
         """
         self._name = name
@@ -58,6 +65,7 @@ class ChildProcess:
         """None when it prints no more."""
         self._on_line = on_line or self._lines.put
         self._errors: deque[str] = deque(maxlen=ERROR_LINES)
+        self._on_error = on_error
         pipe = subprocess.PIPE
         # Without buffers, which have locks: a fork in the middle of a read would leave one locked in the child.
         self._process = subprocess.Popen(
@@ -193,14 +201,20 @@ class ChildProcess:
             if line.partition(" ")[0] == READY:
                 self._lines.put(line)
                 continue
-            try:
-                self._on_line(line)
-            except Exception:  # a subscriber does not stop the reading
-                _LOG.exception("a line of %s is lost", self._name)
+            self._deliver(self._on_line, line)
         self._lines.put(None)
 
     def _read_errors(self) -> None:
-        self._errors.extend(_lines_of(self._process.stderr))
+        for line in _lines_of(self._process.stderr):
+            self._errors.append(line)
+            if self._on_error is not None:
+                self._deliver(self._on_error, line)
+
+    def _deliver(self, subscriber: Callable[[str], object], line: str) -> None:
+        try:
+            subscriber(line)
+        except Exception:  # a subscriber does not stop the reading
+            _LOG.exception("a line of %s is lost", self._name)
 
 
 def _lines_of(pipe: IO[bytes] | None) -> Iterator[str]:
@@ -212,6 +226,23 @@ def _lines_of(pipe: IO[bytes] | None) -> Iterator[str]:
         yield from (line.decode(errors="replace").rstrip("\r") for line in lines)
     if rest:
         yield rest.decode(errors="replace")
+
+
+def python(code: str) -> list[str]:
+    """Return the command that runs `code` in this Python, with its search path: a project need not be installed.
+
+    The standard library and the folders of this program's packages come first. Otherwise a file such as `signal.py`
+    or `serial.py` in the present folder, which `python -m` puts first, would take their place.
+    """
+    library = tuple(sysconfig.get_path(name) for name in ("stdlib", "platstdlib"))
+    ours = {str(Path(str(sys.modules[name].__file__)).parents[1]) for name in PACKAGES if name in sys.modules}
+
+    def place(entry: str) -> int:
+        in_library = entry.startswith(library) and "-packages" not in entry
+        return 0 if in_library else 1 if entry in ours else 2
+
+    path = sorted((str(Path(entry).absolute()) for entry in sys.path), key=place)
+    return [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {path!r}; {code}"]
 
 
 def _disown_all() -> None:

@@ -36,13 +36,21 @@ from numpy.typing import ArrayLike, NDArray
 from aero.actuation.map import ActuationMap
 from aero.channels import OBSERVATION_ORDER, Channel
 from aero.exit_code import Exit
-from aero.policy.settings import PolicySettings, checked_number
+from aero.policy.settings import MOST_TARGET, PolicySettings, checked_number
 from aero.policy.task import ACTION_SIZE, CHANNELS, ShownAction
 from aero.regular_file import read_text
 
 Floats = NDArray[np.float64]
 Row = tuple[float, ...]
 COMMAND_ORDER = tuple(Channel)
+MOST_PERIODS = 1000
+"""Longest history, periods."""
+MOST_PARTS = 100
+"""Largest number of parts of an observation."""
+MOST_SCALE = 1e6
+"""Largest factor and offset of an observed value."""
+MOST_CLIP = 100.0
+"""Largest action; none is longer than its scale times this."""
 
 
 class PolicyFileError(ValueError):
@@ -109,10 +117,10 @@ class Observed:
     """Periods, the oldest first."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.history, int) or self.history < 1:
-            raise ValueError(f"history must be a whole number from 1 on, got {self.history}")
+        if not isinstance(self.history, int) or not 1 <= self.history <= MOST_PERIODS:
+            raise ValueError(f"history must be a whole number from 1 to {MOST_PERIODS}, got {self.history}")
         for name in ("scale", "offset"):
-            _check_row(name, getattr(self, name), len(self.channels))
+            _check_row(name, getattr(self, name), len(self.channels), most=MOST_SCALE)
 
     @property
     def size(self) -> int:
@@ -138,11 +146,15 @@ class Action:
     clip: float = 1.0
 
     def __post_init__(self) -> None:
-        checked_number("clip", self.clip, above=0.0)
-        _check_row("scale", self.scale, len(self.channels))
+        checked_number("clip", self.clip, above=0.0, most=MOST_CLIP)
+        _check_row("scale", self.scale, len(self.channels), most=MOST_TARGET)
         if len(self.nominal) != CHANNELS:
             raise ValueError(f"nominal needs {CHANNELS} values in command order, got {len(self.nominal)}")
-        _check_row("nominal", self.nominal, CHANNELS)
+        _check_row("nominal", self.nominal, CHANNELS, most=MOST_TARGET)
+
+    def cut_off(self, output: Floats) -> bool:
+        """Return whether the policy's output (n,) goes beyond the clip."""
+        return bool((np.abs(output) > self.clip).any())
 
     def bounded(self, output: Floats) -> Floats:
         """Return the policy's output (n,) as the action of every channel, (7,), zero where it has none."""
@@ -211,7 +223,7 @@ class Interface:
                 f"{path} is missing: it says what the policy observes and what its action means; copy "
                 "aero/policy/shipped/steady.toml and change it"
             ) from error
-        except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
+        except (OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
             said = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
             raise PolicyFileError(f"{path}: {said}") from error
 
@@ -232,8 +244,8 @@ class Interface:
         limit = table.get("torque_limit")
         made = cls(tuple(parts), action, float(table["rate_hz"]), None if limit is None else float(limit))
         made.settings()  # refuses a rate or a limit out of range
-        if not parts:
-            raise ValueError("a policy observes something")
+        if not 1 <= len(parts) <= MOST_PARTS:
+            raise ValueError(f"an observation has 1 to {MOST_PARTS} parts, got {len(parts)}")
         return made
 
 
@@ -294,11 +306,11 @@ def _check_names(where: str, table: Mapping[str, Any], known: set[str]) -> None:
         raise ValueError(f"{where} knows no {', '.join(unknown)}; it has {', '.join(sorted(known))}")
 
 
-def _check_row(name: str, row: Row, size: int) -> None:
+def _check_row(name: str, row: Row, size: int, *, most: float) -> None:
     if len(row) not in (1, size):
         raise ValueError(f"{name} needs one number or {size}, got {len(row)}")
     for value in row:
-        checked_number(name, value)
+        checked_number(name, value, least=-most, most=most)
 
 
 def _row(value: float | list[float]) -> Row:

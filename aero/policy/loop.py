@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.actuation.map import ActuationMap
-from aero.clock import Clock
+from aero.clock import Clock, WallClock
 from aero.errors import AeroError
 from aero.hand import Hand
 from aero.policy.file import Policy
@@ -89,6 +89,11 @@ LATE_S = 0.5
 """Time by which the loop may miss a period's start, s."""
 TEMPERATURES_EVERY = 20
 """Periods between two readings of the temperatures."""
+APPROACH_PERIOD_S = 0.05
+"""Time between two commands on the way to the grasp and back, s; a policy may be slower than is gentle."""
+MOST_LATE = 0.25
+"""Part of the periods that may be skipped; above it the run was not at the policy's rate."""
+_WALL = WallClock()
 _NOTHING_YET = Run(Ending.TIME, "", 0, 0, 0, 0, 0.0, 0.0, np.nan)
 
 
@@ -117,11 +122,11 @@ class _Session:
 
     def move_to(self, goal: Floats) -> None:
         """Go from the present command to `goal` (7,) at an even pace."""
-        steps = max(1, round(self._settings.approach_s / self._task.period_s))
+        steps = max(1, round(self._settings.approach_s / APPROACH_PERIOD_S))
         start, begin = self.command, self._clock.now()
         for step in range(1, steps + 1):
             self._write(start + (goal - start) * step / steps)
-            self._clock.sleep_until(begin + step * self._task.period_s)
+            self._clock.sleep_until(begin + step * APPROACH_PERIOD_S)
 
     def loop(self, on_step: Callable[[Step], None]) -> Ending:
         """Let the policy act until the time is over or something ends it."""
@@ -129,8 +134,12 @@ class _Session:
         history = History(self._interface, self._map)
         missing, due = 0, self._clock.now()
         pending = self.command
-        for period in range(round(self._settings.seconds / period_s)):
+        end = due + self._settings.seconds - period_s / 2  # the last period begins before it
+        periods = round(self._settings.seconds / period_s)
+        begun = 0
+        while max(due, self._clock.now()) < end and begun < periods:
             self._clock.sleep_until(due)
+            begun += 1
             t = self._clock.now()
             if t - due > LATE_S:
                 return Ending.OVERRUN
@@ -146,13 +155,16 @@ class _Session:
             missing = 0
             lengths = self._map.lengths_from_codes(codes) - self._correction
             observation = history.observe(lengths)
-            action = self._interface.action.bounded(self._policy.network.act(observation).astype(np.float64))
+            acting = _WALL.now()
+            output = self._policy.network.act(observation).astype(np.float64)
+            slow = _WALL.now() - acting > period_s
+            action = self._interface.action.bounded(output)
             history.acted(action)
             target, asked, saturated = self.asked(action)
             asked, pending = (pending, asked) if self._settings.one_period_late else (asked, asked)
             command = slewed(self.command, asked, self._most)
             self._write(command)
-            currents_a = self._currents(period)
+            currents_a = self._currents(begun - 1)
             history.drew(currents_a)
             # The history keeps `action`; a callback that writes into its step must not change it.
             step = Step(
@@ -168,12 +180,13 @@ class _Session:
                 limited=command != asked,
                 currents_a=currents_a.copy(),
             )
-            self._count(step)
+            self._count(step, slow=slow, clipped=self._interface.action.cut_off(output))
             on_step(step)
             if self._blind > MISSING_READINGS:
                 return Ending.READINGS
             due = max(due + period_s, t)
-        return Ending.TIME
+        self.tally = replace(self.tally, skipped=periods - begun)
+        return Ending.TOO_SLOW if periods - begun > MOST_LATE * periods else Ending.TIME
 
     def asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """Return the lengths that an action asks for, their codes, and which of these were brought into the window."""
@@ -201,11 +214,13 @@ class _Session:
         self.tally = replace(self.tally, peak_temperature_c=float(np.fmax(self.tally.peak_temperature_c, hottest)))
         return currents
 
-    def _count(self, step: Step) -> None:
+    def _count(self, step: Step, *, slow: bool, clipped: bool) -> None:
         peak = np.max(np.abs(step.currents_a), initial=0.0, where=np.isfinite(step.currents_a))
         self.tally = replace(
             self.tally,
             steps=self.tally.steps + 1,
+            slow=self.tally.slow + slow,
+            clipped=self.tally.clipped + clipped,
             saturated=self.tally.saturated + bool(step.saturated.any()),
             limited=self.tally.limited + bool(step.limited.any()),
             latest_s=max(self.tally.latest_s, step.late_s),

@@ -1,25 +1,36 @@
-"""Policies that people bring: an ONNX file, or a Python factory; with its interface in a TOML file beside it."""
+"""Policies that people bring: an ONNX file, or a Python factory; with its interface in a TOML file beside it.
+
+Each runs in a process of its own, so its exceptions, its exit, its output and its modules cost the policy only. An
+action has a time limit, and an ONNX file a memory limit. The process has the rights of the user: a policy is a program
+that one trusts.
+"""
 
 from __future__ import annotations
 
-import importlib
+import json
 import sys
-from collections.abc import Callable
+import weakref
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero.child_process import KILL_S, ChildError, ChildProcess, python
 from aero.policy.file import Policy
 from aero.policy.interface import Interface, PolicyFileError
+from aero.policy.own_process import ONNX
 from aero.policy.task import ShownAction
+from aero.printable import printable
 
-Actor = Callable[[NDArray[np.float64]], Any]
-"""From an observation (n,) to an action (m,)."""
-ONNX = ".onnx"
+START_S = 60.0
+"""Time for the imports of a policy, and for its first action, which may compile, s."""
+STEP_S = 2.0
+"""Time for each later action, s; four periods where these are longer."""
+PERIODS = 4
 
 
 @dataclass
@@ -28,63 +39,80 @@ class OwnNetwork:
 
     name: str
     """`FILE.onnx` or `package.module:factory`."""
-    interface: Interface
+    interface: Interface | None = None
+    """None until its file is known."""
+    _patience_s: float = START_S
+    """Time for the next action, s."""
 
     @cached_property
-    def _actor(self) -> Actor:
-        return _onnx(self.name) if self.name.endswith(ONNX) else _python(self.name)
+    def _process(self) -> ChildProcess:
+        code = f"from aero.policy.own_process import main; main({self.name!r})"
+        process = ChildProcess(python(code), self.name, on_error=_show)
+        weakref.finalize(self, process.kill)
+        return process
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the actor out: a session cannot go to another process, so each makes its own."""
+        """Leave the process out: each program has its own."""
         return {"name": self.name, "interface": self.interface}
+
+    @cached_property
+    def file(self) -> Path:
+        """File beside which its interface lies.
+
+        Raises:
+            PolicyFileError: it cannot be loaded.
+        """
+        try:
+            started = json.loads(self._process.wait_ready(START_S))
+        except ChildError as error:
+            raise self._ended(error) from error
+        return Path(self._well(started, "cannot be loaded")["file"])
+
+    def end(self) -> None:
+        """End the process, when everything that it printed has been shown."""
+        self._process.end(KILL_S, last_words="")
 
     def act(self, observation: ArrayLike) -> NDArray[np.float64]:
         """Return the action (m,) for an observation (n,).
 
         Raises:
-            PolicyFileError: the policy failed, or its answer has another size or is not finite.
+            PolicyFileError: the policy failed, did not answer in time, or its answer has another size or is not finite.
         """
+        assert self.file
+        assert self.interface is not None
+        row = np.asarray(observation, np.float64).reshape(-1)
         try:
-            action = np.asarray(self._actor(np.asarray(observation, np.float64)), np.float64).reshape(-1)
-        except ModuleNotFoundError:
-            raise  # a missing extra has a line of its own
-        except Exception as error:
-            said = " ".join(str(error).split())
-            raise PolicyFileError(f"{self.name} failed on an observation of {np.size(observation)}: {said}") from error
-        if action.shape != (self.interface.action_size,):
-            raise PolicyFileError(
-                f"{self.name} returns {action.size} numbers; its interface names {self.interface.action_size} actions"
-            )
+            self._process.send(json.dumps(row.tolist()) + "\n")
+            answer = json.loads(self._process.read_line(self._patience_s))
+        except (ChildError, BrokenPipeError) as error:
+            raise self._ended(error) from error
+        self._patience_s = max(STEP_S, PERIODS / self.interface.rate_hz)
+        shape, action = self._well(answer, f"failed on an observation of {row.size}")["shape"], answer["action"]
+        size, wanted = int(np.prod(shape)), self.interface.action_size
+        if size != wanted:
+            chunk = f", an array {tuple(shape)}" if len(shape) > 1 else ""
+            raise PolicyFileError(f"{self.name} returns {size} numbers{chunk}; its interface names {wanted} actions")
         if not np.isfinite(action).all():
-            raise PolicyFileError(f"{self.name} returned {action.tolist()}: an action is finite")
-        return action
+            raise PolicyFileError(f"{self.name} returned {action}: an action is finite")
+        return np.array(action)
+
+    def _well(self, answer: dict[str, Any], what: str) -> dict[str, Any]:
+        """Return the answer, or raise with the policy's own frames as a note."""
+        if "failed" not in answer:
+            return answer
+        error = PolicyFileError(f"{self.name} {what}: {answer['failed']}")
+        if answer["frames"]:
+            error.add_note("".join(("in the policy (most recent call last):\n", *answer["frames"])).rstrip())
+        raise error
+
+    def _ended(self, error: Exception) -> PolicyFileError:
+        said = str(error).partition("\n")[0] if isinstance(error, ChildError) else f"{self.name} did not answer"
+        return PolicyFileError(said if " within " in said else f"{said}: its process has ended")
 
 
-def _onnx(path: str) -> Actor:
-    """Return the first output of an ONNX model with one input, (1, n) of either precision."""
-    import onnxruntime  # noqa: PLC0415 - an extra
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1  # a small network; more threads would only disturb the loop
-    session = onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
-    inputs = session.get_inputs()
-    if len(inputs) != 1:
-        raise ValueError(f"a model has one input, the observation; this one has {[one.name for one in inputs]}")
-    precision = np.float64 if inputs[0].type == "tensor(double)" else np.float32
-
-    def act(observation: NDArray[np.float64]) -> Any:
-        (action, *_) = session.run(None, {inputs[0].name: observation[np.newaxis].astype(precision)})
-        return action[0]
-
-    return act
-
-
-def _python(spec: str) -> Actor:
-    """Return what a factory `package.module:name` makes."""
-    made = getattr(imported(spec), spec.partition(":")[2])()
-    if not callable(made):
-        raise TypeError(f"the factory must return a callable, from observation to action; got {made!r}")
-    return made  # type: ignore[no-any-return]
+def _show(line: str) -> None:
+    """Show a line that a policy printed."""
+    print(printable(line), file=sys.stderr)
 
 
 def is_own(name: str) -> bool:
@@ -97,33 +125,13 @@ def load_own(name: str) -> Policy:
 
     Raises:
         PolicyFileError: it or its interface cannot be read, or they do not fit each other.
-        ModuleNotFoundError: onnxruntime is not installed.
     """
     if name.endswith(ONNX):
         if not Path(name).is_file():
             raise PolicyFileError(f"there is no policy {name!r}")
-        beside = Path(name).with_suffix(".toml")
-    else:
-        module = imported(name)
-        if not hasattr(module, name.partition(":")[2]):
-            raise PolicyFileError(f"{name}: {module.__name__} has no {name.partition(':')[2]!r}")
-        beside = Path(str(module.__file__)).with_suffix(".toml")
-    interface = Interface.load(beside)
-    network = OwnNetwork(name, interface)
+        if find_spec("onnxruntime") is None:
+            raise PolicyFileError("an ONNX file needs the extra `onnx`; from a checkout: pip install -e '.[onnx]'")
+    network = OwnNetwork(name)
+    interface = network.interface = Interface.load(network.file.with_suffix(".toml"))
     network.act(np.zeros(interface.observation_size))
     return Policy(Path(name).name, network, interface.settings(), ShownAction.LAST, declared=interface)
-
-
-def imported(spec: str) -> Any:
-    """Return the module of `package.module:factory`, looked for in the present folder, too.
-
-    Raises:
-        PolicyFileError: there is none, or it cannot be imported.
-    """
-    if (here := str(Path.cwd())) not in sys.path:
-        sys.path.insert(0, here)  # as `python -m` has it; the command line's own path is where it is installed
-    module = spec.partition(":")[0]
-    try:
-        return importlib.import_module(module)
-    except Exception as error:
-        raise PolicyFileError(f"{spec}: {module} cannot be imported ({type(error).__name__}: {error})") from error

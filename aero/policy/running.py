@@ -26,6 +26,7 @@ class Ending(Enum):
     STOPPED = "the guard stopped the hand"
     READINGS = "too many readings in a row were missing"
     OVERRUN = "the loop fell too far behind its period"
+    TOO_SLOW = "the time was over, with too many periods skipped"
 
 
 TYPICAL_CORRECTION_FILE = "typical_correction.toml"
@@ -143,3 +144,9 @@ class Run:
     """Largest motor current, A."""
     peak_temperature_c: float
     """Largest servo temperature, °C; NaN when none was read."""
+    skipped: int = 0
+    """Periods without an action, because those before took longer than a period."""
+    slow: int = 0
+    """Periods whose action took the policy longer than a period of real time."""
+    clipped: int = 0
+    """Periods in which an action was cut off at the clip."""

@@ -11,18 +11,27 @@ Row = tuple[float, ...]
 """One value a channel, command order; m, abduction rad."""
 
 
-_RANGES: dict[str, dict[str, float]] = {"nominal": {}, "scale": {"above": 0.0}, "noise": {"least": 0.0}}
+MOST_TARGET = 10.0
+"""Largest target, scale and noise, m or rad: far beyond any cable or joint."""
+RATE_HZ = (0.01, 1000.0)
+"""Least and largest control rate, Hz; a hand answers some 300 times a second."""
+_RANGES: dict[str, dict[str, float]] = {
+    "nominal": {"least": -MOST_TARGET, "most": MOST_TARGET},
+    "scale": {"above": 0.0, "most": MOST_TARGET},
+    "noise": {"least": 0.0, "most": MOST_TARGET},
+}
 
 
-def checked_number(name: str, value: float, *, least: float = -inf, above: float = -inf) -> None:
+def checked_number(name: str, value: float, *, least: float = -inf, above: float = -inf, most: float = inf) -> None:
     """Refuse a number that is not finite, or out of its range.
 
     Raises:
         ValueError: with name, range and value. A comparison alone would let NaN through, and a NaN reaches the hand as
             a position.
     """
-    if not (isfinite(value) and value >= least and value > above):
+    if not (isfinite(value) and least <= value <= most and value > above):
         wanted = f" and above {above:g}" if above > -inf else f" and at least {least:g}" if least > -inf else ""
+        wanted += f" and at most {most:g}" if most < inf else ""
         raise ValueError(f"{name} must be finite{wanted}, got {value}")
 
 
@@ -53,7 +62,7 @@ class PolicySettings:
                 raise ValueError(f"{name} needs {CHANNELS} values in command order, got {len(row)}")
             for value in row:
                 checked_number(name, value, **_RANGES[name])
-        checked_number("control_rate_hz", self.control_rate_hz, above=0.0)
+        checked_number("control_rate_hz", self.control_rate_hz, least=RATE_HZ[0], most=RATE_HZ[1])
         if self.torque_limit is not None and not 0 < self.torque_limit <= 1:
             raise ValueError(f"a torque limit is a share of the stall torque in (0, 1], got {self.torque_limit}")
 

@@ -11,10 +11,8 @@ from __future__ import annotations
 
 import json
 import logging
-import sys
-from pathlib import Path
 
-from aero.child_process import ChildError, ChildProcess
+from aero.child_process import ChildError, ChildProcess, python
 from aero.safety.interrupts import uninterrupted
 from aero.safety.stop import SafetyReason, SafetyStopError
 from aero.safety.thresholds import Thresholds
@@ -26,7 +24,7 @@ START_S = 30.0
 """Time the process has to start, s; Python and NumPy take 0.3 s on an idle machine."""
 LEAVE_S = 30.0
 """Time the process has to leave, s, in which it may have to open the hand."""
-_RUN = "import sys; sys.path[:] = {path!r}; from aero.safety.__main__ import main; main(*{arguments!r})"
+_RUN = "from aero.safety.__main__ import main; main(*{arguments!r})"
 
 
 class Standby:
@@ -55,11 +53,10 @@ class Standby:
         if self._ready and self._process is not None and self._process.running:
             return
         self._end()
-        # This program's own search path, so that a project that is not installed is found there too.
-        code = _RUN.format(path=[str(Path(entry).absolute()) for entry in sys.path], arguments=self._arguments)
+        command = python(_RUN.format(arguments=self._arguments))
         try:
             with uninterrupted():  # a process that nothing refers to could not be ended
-                self._process = ChildProcess([sys.executable, "-P", "-c", code], "the second process", own_errors=False)
+                self._process = ChildProcess(command, "the second process", own_errors=False)
             self._process.wait_ready(START_S)
             self._ready = True
         except ChildError:

@@ -12,8 +12,8 @@ from functools import cache
 from importlib.metadata import EntryPoint, PackageNotFoundError, distribution, distributions
 from typing import Any, NamedTuple
 
+from aero.printable import printable
 from hil.cli.exits import ctrl_c_exits
-from hil.cli.output import printable
 
 GROUP = "aero_hil.commands"
 DISTRIBUTION = "aero-hil"

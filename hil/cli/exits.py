@@ -21,8 +21,9 @@ import click
 from click.core import ParameterSource
 
 from aero.exit_code import Exit
+from aero.printable import printable
 from hil.cli.missing import is_ours, other_package
-from hil.cli.output import echo, printable
+from hil.cli.output import echo
 from hil.recordings.errors import (
     FULL_DISK,
     CannotBeMeasuredError,
@@ -176,6 +177,12 @@ def _announce(signals: socket.socket) -> None:
             return
 
 
+def _show_notes(error: BaseException | None) -> None:
+    """Print the notes of an exception, such as the frames of a policy's own code."""
+    for note in getattr(error, "__notes__", ()):
+        echo(note, err=True)
+
+
 def run(command: Callable[[], Any]) -> None:
     """Run a command line and end the program as its ending asks."""
     try:
@@ -184,6 +191,7 @@ def run(command: Callable[[], Any]) -> None:
     except click.exceptions.Abort:
         code, line = INTERRUPTED, "interrupted"
     except click.ClickException as error:
+        _show_notes(error.__cause__)
         error.show()
         sys.exit(error.exit_code)
     except SystemExit as error:
@@ -194,6 +202,8 @@ def run(command: Callable[[], Any]) -> None:
         code, line = ending(error)
         if code == Exit.DEFECT:
             traceback.print_exc()
+        else:
+            _show_notes(error)
     else:
         return
     _LOG.info("ended with %d: %s", code, line)

@@ -6,7 +6,7 @@ import logging
 
 import click
 
-from hil.cli.output import printable
+from aero.printable import printable
 
 PACKAGES = ("aero", "hil")
 """Whose lines are shown."""

@@ -36,6 +36,9 @@ from model.cube_plant import CubePlant, CubeWatch
 from model.scene import CUBE
 from model.units.cable_correction import NONE, TYPICAL, named_correction
 
+CODES = {Ending.TIME: Exit.WITHIN_LIMITS, Ending.OVERRUN: Exit.HOST_BUSY, Ending.TOO_SLOW: Exit.HOST_BUSY}
+"""Exit codes of the endings that are not the hand's."""
+
 
 @click.command("run-policy")
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
@@ -72,7 +75,8 @@ def run_policy(
 
     Every hand is guarded, an emulated one too, and ends open. An emulated hand in this process gets the paper's cube.
 
-    Exits with 0 when the time ran out and 1 when something else ended it; docs/commands.md has the other codes.
+    Exits with 0 when the time ran out, 1 when the guard or missing readings ended it, and 7 when the policy or this
+    computer was too slow; docs/commands.md has the other codes.
     """
     console = new_console()
     holds_cube = hand.target == "emulated" and not (dry_run or empty)
@@ -108,9 +112,11 @@ def run_policy(
         console.print(_outcome(result, held, cube, most_a))
         if result.run.reason:
             console.print(result.run.reason)
+        if 2 * result.run.slow > result.run.steps:
+            console.print(f"The policy is too slow for its rate: an action has {1e3 * policy.settings.period_s:g} ms.")
         if record:
             console.print(f"recorded in {record}")
-    sys.exit(Exit.WITHIN_LIMITS if result.run.ending is Ending.TIME else Exit.OUT_OF_LIMITS)
+    sys.exit(CODES.get(result.run.ending, Exit.OUT_OF_LIMITS))
 
 
 def _correction_line(whose: str, correction: Sequence[float]) -> str:
@@ -158,6 +164,9 @@ def _outcome(result: PolicyRun, held: str, cube: CubeWatch | None, most_a: float
         "ended because": run.ending.value,
         "guard": "stopped the hand" if run.ending is Ending.STOPPED else "saw nothing",
         "control periods": str(run.steps),
+        "periods skipped": str(run.skipped),
+        "actions slower than a period": str(run.slow),
+        "actions cut off at the clip": str(run.clipped),
         "periods without a reading": str(run.missing),
         "periods outside the command window": str(run.saturated),
         "periods held back by the speed limit": str(run.limited),

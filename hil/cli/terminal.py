@@ -20,7 +20,7 @@ from rich.progress import (
 from rich.segment import Segment
 from rich.table import Column, Table
 
-from hil.cli.output import printable
+from aero.printable import printable
 
 
 class _Terminal(Console):

@@ -2,11 +2,12 @@
 
 import os
 import signal
+import subprocess
 import sys
 
 import pytest
 
-from aero.child_process import ChildError, ChildProcess
+from aero.child_process import ChildError, ChildProcess, python
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs signals")
 
@@ -109,3 +110,16 @@ def test_a_process_that_is_forked_meanwhile_lets_go_of_the_child():
     process = child(FORKING)
     assert process.wait_ready(60.0) == "0"
     assert process.end(30.0, last_words="") == 0
+
+
+def test_a_file_in_the_present_folder_takes_no_place_of_a_library(tmp_path, monkeypatch):
+    """`python -m` puts the present folder first; the second process of a guarded hand ended with a traceback."""
+    for name in ("signal", "serial", "selectors"):
+        (tmp_path / f"{name}.py").write_text("raise RuntimeError('of the folder')")
+    (tmp_path / "of_the_project.py").write_text("")
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    done = subprocess.run(
+        python("import signal, serial, selectors, of_the_project, aero.safety.__main__"), cwd=tmp_path,
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

@@ -64,6 +64,18 @@ def write_onnx(folder, name="mine"):
     return str(path)
 
 
+def write_model(path, nodes, constants):
+    """Write an ONNX model of 14 numbers to 7 and its TOML file; nothing checks it."""
+    graph = helper.make_graph(
+        nodes, "model",
+        [helper.make_tensor_value_info("observation", TensorProto.FLOAT, ["batch", 14])],
+        [helper.make_tensor_value_info("action", TensorProto.FLOAT, ["batch", 7])],
+        [numpy_helper.from_array(values, name) for name, values in constants.items()],
+    )  # fmt: skip
+    onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8), path)
+    write_interface(path.with_suffix(".toml"))
+
+
 def write_factory(folder, name="my_policy"):
     """Write `steady` as a Python module in `folder`, which must be the present one or on the path."""
     (folder / f"{name}.py").write_text(FACTORY)

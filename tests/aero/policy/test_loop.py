@@ -242,6 +242,30 @@ def test_what_a_hand_should_not_bear_ends_the_run_and_brings_the_hand_back(endin
     np.testing.assert_array_equal(hand.written[-1][1], FakeHand(StepClock()).codes)
 
 
+@pytest.mark.parametrize(("takes_s", "ending"), [(0.02, Ending.TIME), (0.055, Ending.TIME), (0.4, Ending.TOO_SLOW)])
+def test_the_time_is_the_clocks_and_too_many_skipped_periods_are_no_success(takes_s, ending):
+    result, _, steps = run(change=lambda hand: setattr(hand, "read_takes_s", takes_s))
+    assert result.ending is ending
+    assert steps[-1].t - steps[0].t < SHORT.seconds
+    assert result.skipped == STEPS - len(steps)
+
+
+@pytest.mark.parametrize("rate_hz", [0.5, 20.0, 1000.0])
+def test_the_approach_has_a_rate_of_its_own(rate_hz):
+    """At 0.5 Hz the way to the grasp was one jump of most of the window."""
+    settings = replace(SHORT, settings=replace(PAPER_DEPLOYMENT, control_rate_hz=rate_hz), seconds=2.0)
+    _, hand, _ = run(settings)
+    times, codes = zip(*hand.written, strict=True)
+    way = np.array([row for t, row in zip(times, codes, strict=True) if t <= times[0] + SHORT.approach_s], float)
+    assert len(way) == 10
+    assert np.abs(np.diff(way[:10], axis=0)).max() <= 1.05 * np.abs(way[9] - way[0]).max() / 9 + 1
+
+
+def test_actions_beyond_the_clip_are_counted():
+    result, _, _ = run(the_policy=playing(np.repeat([[2.5] * 7, [0.5] * 7], 10, axis=0)))
+    assert result.clipped == 10
+
+
 def test_a_missing_reading_commands_nothing_new():
     class Stutters(FakeHand):
         def read_codes(self):

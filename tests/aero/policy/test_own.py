@@ -1,5 +1,6 @@
 """Policies that people bring, and what they declare."""
 
+import re
 import sys
 
 import numpy as np
@@ -7,11 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from own_policies import write_factory, write_onnx
+from onnx import TensorProto, helper
+from own_policies import write_factory, write_interface, write_model, write_onnx
 from policies import actions_on, policy
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
+from aero.policy import own
 from aero.policy.interface import Action, Field, History, Interface, Observed, PolicyFileError, cube_interface
 from aero.policy.loop import interface_of
 from aero.policy.running import RunSettings
@@ -25,14 +28,9 @@ MAP = ActuationMap()
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """A folder that is the present one; what is imported of it is forgotten."""
+    """A folder that is the present one."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    before = set(sys.modules)
-    yield tmp_path
-    for name in set(sys.modules) - before:
-        if getattr(sys.modules[name], "__file__", None) and str(tmp_path) in str(sys.modules[name].__file__):
-            del sys.modules[name]
+    return tmp_path
 
 
 @given(ROWS, ROWS, st.sampled_from(ShownAction))
@@ -118,11 +116,21 @@ def test_what_does_not_fit_is_one_line(here, line):
 
 FACTORIES = {
     "": "has no 'make'",
-    "raise RuntimeError('no GPU')": "cannot be imported",
+    "raise RuntimeError('no GPU')": "cannot be loaded",
     "make = lambda: 5": "a callable",
     "make = lambda: lambda observation: observation[:6]": "returns 6 numbers; its interface names 7",
     "make = lambda: lambda observation: [float('nan')] * 7": "finite",
     "def make(): raise OSError('no weights')": "no weights",
+    "raise SystemExit(0)": r"SystemExit: 0, .*py:1",
+    "def make(): raise SystemExit(0)": r"SystemExit: 0, .*py:1",
+    "make = lambda: lambda observation: exit(0)": r"SystemExit: 0, .*py:1",
+    "def make(): raise KeyboardInterrupt": r"KeyboardInterrupt, .*py:1",
+    "import os\nmake = lambda: lambda observation: os._exit(0)": "its process has ended",
+    "make = lambda: lambda observation: [float(input())] * 7": "EOFError",
+    "def make():\n  import of_nobody": r"ModuleNotFoundError: No module named 'of_nobody', .*py:2",
+    "def make(:": r"SyntaxError: .*py:1",
+    "import numpy\nmake = lambda: lambda observation: numpy.zeros((100, 7))": r"700 numbers, an array \(100, 7\)",
+    "make = lambda: lambda observation: [0.0] * 10**6": "returns 1000000 numbers",
 }
 
 
@@ -132,6 +140,103 @@ def test_a_factory_that_does_not_fit_is_one_line(here, source):
     (here / f"{name.partition(':')[0]}.py").write_text(source)
     with pytest.raises(PolicyFileError, match=FACTORIES[source]) as caught:
         find_policy(name)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_mistake_shows_the_frames_of_the_policy_alone(here):
+    name = write_factory(here)
+    source = (
+        "import json\n\ndef read(text):\n    return json.loads(text)\n\nmake = lambda: lambda observation: read('{')\n"
+    )
+    (here / "my_policy.py").write_text(source)
+    with pytest.raises(PolicyFileError, match=r"JSONDecodeError.*my_policy\.py:4\n") as caught:
+        find_policy(name)
+    (note,) = caught.value.__notes__
+    assert [int(line) for line in re.findall(r'my_policy\.py", line (\d+)', note)] == [6, 4]
+    assert "own_process" not in note
+
+
+@pytest.mark.parametrize("name", ["model", "train", "serial", "signal", "chunk", "hil"])
+def test_a_module_may_have_any_name_and_disturbs_nothing(here, monkeypatch, name):
+    write_interface(here / f"{name}.toml")
+    (here / f"{name}.py").write_text("OWN = 1\nmake = lambda: lambda observation: [0.0 * OWN] * 7")
+    before = list(sys.path)
+    assert find_policy(f"{name}:make").name == f"{name}:make"
+    assert sys.path == before
+
+
+def test_modules_in_the_folder_are_imported_first_and_those_of_python_are_not_replaced(here):
+    name = write_factory(here)
+    (here / "my_policy.py").write_text(
+        "import signal, subprocess\nfrom model import OWN\n"
+        "def make():\n  def act(observation):\n    from train import ALSO\n    return [0.0 * ALSO] * 7\n  return act\n"
+    )
+    (here / "model.py").write_text("OWN = 1")
+    (here / "train.py").write_text("ALSO = 1")
+    (here / "signal.py").write_text("raise RuntimeError('of the folder')")
+    find_policy(name)
+
+
+def test_what_a_policy_prints_is_shown_without_control_characters(here, capfd):
+    name = write_factory(here)
+    (here / "my_policy.py").write_text("print('\x1b[2Jred')\nmake = lambda: lambda observation: [0.0] * 7")
+    network = find_policy(name).network
+    network.end()
+    assert capfd.readouterr().err == "\\x1b[2Jred\n"
+
+
+def test_an_action_that_never_comes_ends_in_a_line_and_its_process(here, monkeypatch):
+    name = write_factory(here)
+    (here / "my_policy.py").write_text(
+        "seen = []\ndef act(observation):\n  seen.append(1)\n  while len(seen) > 1: pass\n  return [0.0] * 7\n"
+        "make = lambda: act"
+    )
+    monkeypatch.setattr(own, "STEP_S", 0.3)
+    network = find_policy(name).network
+    with pytest.raises(PolicyFileError, match=r"did not answer within 0\.3 s"):
+        network.act(np.zeros(14))
+    assert not network._process.running
+
+
+def test_the_memory_of_an_onnx_file_is_bounded(here):
+    ones = helper.make_tensor("value", TensorProto.FLOAT, [1], [1.0])
+    nodes = [
+        helper.make_node("ConstantOfShape", ["shape"], ["large"], value=ones),
+        helper.make_node("ReduceSum", ["large"], ["sum"], keepdims=0),
+        helper.make_node("Add", ["observation", "sum"], ["action"]),
+    ]
+    write_model(here / "mine.onnx", nodes, {"shape": np.array([340_000_000])})
+    with pytest.raises(PolicyFileError, match="llocate"):
+        find_policy("mine.onnx")
+
+
+def test_names_in_an_onnx_file_reach_no_terminal(here, capfd):
+    nodes = [helper.make_node("Reshape", ["observation", "shape"], ["action"], name="\x1b[2J")]
+    write_model(here / "mine.onnx", nodes, {"shape": np.array([3, 5])})
+    with pytest.raises(PolicyFileError):
+        find_policy("mine.onnx")
+    assert "\x1b" not in "".join(capfd.readouterr())
+
+
+RANGES = {
+    "nominal = [0.09,": "nominal = [1e308,",
+    "scale = [0.02, 0.02,": "scale = [1e308, 0.02,",
+    'field = "last_action"': 'field = "last_action"\nhistory = 1000000000',
+    "rate_hz = 20.0": "rate_hz = 1e9",
+    "torque_limit = 0.5": "torque_limit = 1e400",
+    "[action]": "[action]\nclip = 1e308",
+    "[[observation]]": "[[observation]]\nscale = 1e308",
+}
+
+
+@pytest.mark.parametrize("line", RANGES)
+def test_a_number_beyond_every_hand_is_one_line(here, line):
+    write_interface(here / "mine.toml")
+    text = (here / "mine.toml").read_text()
+    assert line in text
+    (here / "mine.toml").write_text(text.replace(line, RANGES[line], 1))
+    with pytest.raises(PolicyFileError) as caught:
+        Interface.load(here / "mine.toml")
     assert "\n" not in str(caught.value)
 
 

@@ -11,8 +11,8 @@ from damaged_files import write_small_recording
 from rich.table import Table
 from rich.text import Text
 
+from aero.printable import printable
 from hil.cli import main
-from hil.cli.output import printable
 from hil.cli.terminal import console
 from hil.recordings.mcap_file import read_recording, write_recording
 
