@@ -1,21 +1,19 @@
-"""Cases that an emulated owner plays to their end: which part they convict, in how many steps and minutes."""
+"""Cases that a played owner goes through to their end: which part they convict, in how many steps and minutes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from multiprocessing import get_context
 from random import Random
 from statistics import median
 from typing import NamedTuple
 
-from fourth_strangers import FOURTH
-from more_strangers import MORE
-from owner import Played, play
-from strangers import STRANGERS
-from third_strangers import THIRD
+from owner import is_right, play
 
 from figures import Rows
+from figures.strangers import FIRST, FOURTH, SECOND, THIRD
 from hil.faults import CATALOGUE
 from hil.faults.fault import Fault, Injection
 from model.geometry import Side
@@ -48,54 +46,82 @@ def sets() -> tuple[PlayedSet, ...]:
     at_once = [(catalogue[2 * i], catalogue[2 * i + 1]) for i in range(PAIRS)]
     return (
         PlayedSet("faults of the catalogue", 480_000, [(one,) for one in catalogue]),
-        PlayedSet(
-            "strangers, by which rules were mended: the first set", 440_100, [(_injected(one),) for one in STRANGERS]
-        ),
-        PlayedSet("the second", 451_000, [(one,) for one in MORE]),
-        PlayedSet("the third, after rules were mended by it", 452_000, [(one,) for one in THIRD]),
-        PlayedSet("the fourth, the same", 456_000, [(one,) for one in FOURTH]),
+        PlayedSet("strangers, the first set", 440_100, [(one,) for one in FIRST]),
+        PlayedSet("the second", 451_000, [(one,) for one in SECOND]),
+        PlayedSet("the third", 452_000, [(one,) for one in THIRD]),
+        PlayedSet("the fourth", 456_000, [(one,) for one in FOURTH]),
         PlayedSet("two faults at once", 440_200, at_once),
         PlayedSet("none", 440_300, [()] * HEALTHY),
     )
 
 
-def _injected(one: Fault | Injection) -> Injection:
-    return one.at() if isinstance(one, Fault) else one
-
-
 ALL = sets()
 
 
-def _played(at: tuple[int, int]) -> Played:
-    row, number = at
-    seed = ALL[row].first_seed + number
-    return play(
-        ALL[row].faults[number],
-        f"plausible:{seed}",
-        seed,
-        ("0.2.0", "0.1.5")[number % 2],
-        SIDES[number // 2 % 2],
+@dataclass(frozen=True)
+class CaseEnd:
+    """The end of a case, as a row counts it."""
+
+    case: str
+    """Its faults."""
+    found: bool
+    """Whether the validation failed."""
+    right: bool
+    """Whether the convicted part is that of a fault."""
+    convicted: str
+    """Empty for none."""
+    gone: bool
+    """Whether the failure was gone, and no part convicted."""
+    steps: int
+    minutes: float
+    """Of the owner's time."""
+    ended: str
+    """Error that ended it; empty for none."""
+    seconds: float
+    """Of computing."""
+
+
+def played(row: int, number: int) -> CaseEnd:
+    """Play one case of a set."""
+    faults, seed = ALL[row].faults[number], ALL[row].first_seed + number
+    side = SIDES[number // 2 % 2]
+    one = play(faults, f"plausible:{seed}", seed, ("0.2.0", "0.1.5")[number % 2], side)
+    told = one.convicted
+    return CaseEnd(
+        " ".join(map(str, faults)),
+        one.found,
+        told is not None and any(is_right(told, fault) for fault in faults),
+        "" if told is None else str(told),
+        one.gone,
+        0 if one.case is None else len(one.case.done),
+        one.minutes,
+        one.ended,
+        one.seconds,
     )
 
 
+def _played(at: tuple[int, int]) -> CaseEnd:
+    return played(*at)
+
+
 def cases() -> Rows:
-    """What whole cases end with, played on emulated hands."""
-    rows = [["set", "found", "part right", "good part convicted", "gone by itself", "unknown", "steps", "minutes"]]
+    """What whole cases end with, played on guarded hands that are opened anew for each step."""
+    rows = [["set", "found", "part right", "good part convicted", "gone", "open", "steps", "minutes"]]
     with ProcessPoolExecutor(WORKERS, get_context("fork")) as pool:
         for number, one in enumerate(ALL):
-            rows.append(_row(one.name, list(pool.map(_played, [(number, i) for i in range(len(one.faults))]))))
+            rows.append(row(one.name, list(pool.map(_played, [(number, i) for i in range(len(one.faults))]))))
     return rows
 
 
-def _row(name: str, played: Sequence[Played]) -> list[str]:
-    found = [one for one in played if one.found]
-    convicted = [one for one in found if one.convicted is not None]
-    right = sum(one.right for one in convicted)
-    gone = sum(one.gone_by_itself for one in found)
-    steps = [len(one.case.done) for one in found if one.case is not None] or [0]
+def row(name: str, ends: Sequence[CaseEnd]) -> list[str]:
+    """Return the row of a set."""
+    found = [one for one in ends if one.found]
+    convicted = [one for one in found if one.convicted]
+    right, gone = sum(one.right for one in convicted), sum(one.gone for one in found)
+    steps = [one.steps for one in found] or [0]
     return [
         name,
-        f"{len(found)} of {len(played)}",
+        f"{len(found)} of {len(ends)}",
         f"{right} of {len(found)}",
         f"{len(convicted) - right} of {len(found)}",
         f"{gone} of {len(found)}",

@@ -13,6 +13,7 @@ from typing import Protocol
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
 from aero.firmware import LONGEST_BOOT_S
+from aero.safety import SafetyStopError
 from aero.whole_file import write_whole
 from hil.cli.before_moving import motion
 from hil.cli.options import open_hand
@@ -27,6 +28,7 @@ from hil.verdict.case_words import came_of, conclusion, why
 from hil.verdict.diagnosis import NextStep
 from hil.verdict.failures import HANDS_FAULT
 from hil.verdict.findings import failed
+from hil.verdict.judged_run import Validation
 from hil.verdict.rerun import Plan, rerun
 from hil.verdict.run_end import EndKind
 from hil.verdict.steps import StepOutcome
@@ -181,9 +183,17 @@ class CaseSession:
             freed = self._seen(FREED, proposal)
         self._asker.announce(self._motion(proposal))
         self._do(proposal)
-        with self._opened() as opened:
-            folder.mkdir(exist_ok=True)
-            outcome, run = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
+        done: tuple[StepOutcome | None, Validation] | None = None
+        try:
+            with self._opened() as opened:
+                folder.mkdir(exist_ok=True)
+                done = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
+        except SafetyStopError as error:
+            # Known only when the hand is closed; what was measured stands.
+            if done is None:
+                raise
+            self._asker.tell(str(error))
+        outcome, run = done
         # It belongs to this case, and opens none of its own.
         go_on = NextStep(
             GO_ON, shlex.join(["aero-hil", "diagnose", str(self._folder), "--hil", self._hand.spec.target])

@@ -3,7 +3,7 @@
 from contextlib import suppress
 
 import pytest
-from strangers import STRANGERS
+from figures.strangers import FIRST
 
 from aero.errors import AeroError
 from hil import open_target
@@ -27,18 +27,18 @@ def bytes_of(*faults, seconds=12.0):
 
 
 def test_none_is_in_the_catalogue_and_each_is_there_once():
-    names = [fault.name for fault in STRANGERS]
+    names = [fault.name for fault in FIRST]
     assert len(set(names)) == len(names) >= 30
     assert not set(names) & set(CATALOGUE)
 
 
-@pytest.mark.parametrize("fault", STRANGERS, ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", FIRST, ids=lambda fault: fault.name)
 def test_a_stranger_changes_what_the_driver_sees(fault):
     seconds = 12.0 if fault.at_s < 10.0 else fault.at_s + 10.0
     assert bytes_of(fault, seconds=seconds) != bytes_of(seconds=seconds)
 
 
-@pytest.mark.parametrize("fault", STRANGERS, ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", FIRST, ids=lambda fault: fault.name)
 def test_a_stranger_is_gone_with_its_part(fault):
     with open_target(seed=3) as target:
         bench = target.get(Workbench)

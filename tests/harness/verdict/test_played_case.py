@@ -1,7 +1,7 @@
-"""Whole cases, played by an emulated owner: the part goes along with what the owner exchanges."""
+"""Whole cases, played by an owner who knows what is shown: the part goes along with what is exchanged."""
 
 import pytest
-from owner import is_right, play
+from owner import is_right, play, sees
 
 from aero.channels import Channel
 from hil.faults import parse_fault
@@ -11,7 +11,7 @@ from hil.verdict.parts import Part, Suspect
 @pytest.mark.parametrize(
     ("fault", "convicted"),
     [
-        ("reply_lost=0.05", Suspect(Part.USB)),
+        pytest.param("reply_lost=0.05", Suspect(Part.USB), marks=pytest.mark.slow),
         pytest.param("supply_low=0.3", Suspect(Part.SUPPLY), marks=pytest.mark.slow),
         pytest.param("motor_dead:ring", Suspect(Part.SERVO, Channel.RING), marks=pytest.mark.slow),
         pytest.param("cable_snapped:ring", Suspect(Part.DIGIT, Channel.RING), marks=pytest.mark.slow),
@@ -20,7 +20,7 @@ from hil.verdict.parts import Part, Suspect
 def test_a_case_ends_with_the_part_at_fault(fault, convicted):
     played = play([parse_fault(fault)], "plausible:420007", 420007, "0.2.0", "right")
     assert played.case.convicted == convicted
-    assert played.right
+    assert is_right(played.convicted, parse_fault(fault))
     assert len(played.case.done) <= 4
 
 
@@ -29,3 +29,29 @@ def test_a_good_part_is_not_right():
     assert is_right(Suspect(Part.DIGIT, Channel.RING), fault)
     assert not is_right(Suspect(Part.SERVO, Channel.RING), fault)
     assert not is_right(Suspect(Part.DIGIT, Channel.INDEX), fault)
+
+
+@pytest.mark.parametrize(
+    ("shown", "differs"),
+    [
+        ("took everything out of the hand", True),
+        ("there was nothing to take out of the hand", False),
+        ("there was nothing to take out of the hand; looked at ring: nothing differs; looked at pinky: x", False),
+        ("took everything out of the hand; looked at ring: it stops elsewhere; looked at pinky: nothing differs", True),
+        ("7.40 V with the hand open, 6.90 V while the fingers close; the supply gives 7.4 V", True),
+        ("7.40 V with the hand open, 7.30 V while the fingers close; the supply gives 7.4 V", False),
+        ("flashed: 0.1.5, for a right hand; named: 0.2.0, for a right hand", True),
+        ("flashed: 0.2.0, for a right hand; named: 0.2.0, for a right hand", False),
+        ("read the registers: ring: kp is 12, 32 in the others", True),
+        ("read the registers: nothing differs", False),
+    ],
+)
+def test_an_answer_follows_from_what_is_shown(shown, differs):
+    assert sees(shown) is differs
+
+
+def test_what_homing_or_eyes_find_is_answered_by_what_the_hand_shows():
+    played = play([parse_fault("digit_jammed:ring")], "plausible:420008", 420008, "0.1.5", "left")
+    assert played.found
+    assert any("looked at ring: it bends with more resistance" in str(line) for line in played.shown)
+    assert is_right(played.convicted, parse_fault("digit_jammed:ring"))

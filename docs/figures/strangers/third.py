@@ -7,9 +7,9 @@ nothing: springs_overwound, stop_breaks and skips, and knot_gives, which begins 
 from dataclasses import replace
 
 import numpy as np
-from strangers import added, both, in_registers, on_frames, other_profile, scaled, unit, watching
 
 from aero.channels import CABLES, FINGERS, WIRE_ORDER, Channel, Joint
+from figures.strangers.first import added, both, in_registers, on_frames, other_profile, scaled, unit, watching
 from firmware_emulator.firmware.frames import FRAME, Opcode
 from firmware_emulator.servo.models import REGISTERS
 from hil.faults.assembly import Active

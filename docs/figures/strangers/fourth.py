@@ -7,9 +7,8 @@ nothing, or too little of what it should do: sheath_unseated, fed_back.
 import math
 from dataclasses import replace
 
-from strangers import Contact, added, both, finger_joints, in_registers, scaled, unit, watching
-
 from aero.channels import CABLES, FINGERS, Channel
+from figures.strangers.first import Contact, added, both, finger_joints, in_registers, scaled, unit, watching
 from firmware_emulator.firmware.frames import FRAME, Opcode
 from firmware_emulator.servo.memory import encode_signed
 from firmware_emulator.servo.models import REGISTERS

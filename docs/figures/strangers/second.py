@@ -5,7 +5,8 @@ Whoever writes rules of a diagnosis does not read this file.
 
 import math
 
-from strangers import (
+from aero.channels import FINGERS, WIRE_ORDER, Channel
+from figures.strangers.first import (
     CTRL_POS,
     GET_CURR,
     GET_POS,
@@ -20,8 +21,6 @@ from strangers import (
     scaled,
     unit,
 )
-
-from aero.channels import FINGERS, WIRE_ORDER, Channel
 from firmware_emulator.plant import Drive
 from hil.faults.assembly import Active
 from hil.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
@@ -316,7 +315,7 @@ WHERE = (
     ("half_bridge", Channel.THUMB_CMC_FLEXION),
     ("cable_frays", Channel.THUMB_FLEXOR),
 )
-MORE = tuple(
+SECOND = tuple(
     BY_NAME[name].at(BY_NAME[name].steps()[-1] if BY_NAME[name].severity and i % 2 else None, channel)
     for i, (name, channel) in enumerate(WHERE)
 )
