@@ -1,7 +1,7 @@
-"""MCAP files written a chunk at a time.
+"""MCAP files written a chunk at a time, with the library's records for everything but messages and their index.
 
-The library's own writer takes a call and ten small writes a message, which was a sixth of a validation. Its records
-make everything here but messages and their index, of which a chunk has hundreds.
+The library's own writer was rejected: with it a validation takes 9 % longer, 7.04 s of processor time instead of 6.44 s
+(the least of four runs in turns, mcap 1.6.0). It makes a call and ten small writes for each of the 145,000 messages.
 """
 
 from __future__ import annotations
