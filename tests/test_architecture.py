@@ -34,6 +34,7 @@ HIL_LAYERS = (
     {"checks"},
     {"verdict"},
     {"report", "view"},
+    {"history"},
     {"cli"},
 )
 """The folders and files of `hil`, lowest first; each may import itself and what lies below."""

@@ -42,6 +42,7 @@ OWN: dict[str, Command] = {
     "export": Command("hil.cli.export:export_command", "Write a recording for Foxglove, or a film of it.", "foxglove"),
     "replay": Command("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
     "baseline": Command("hil.cli.baseline:baseline", "Store a hand's figures, to compare with later."),
+    "history": Command("hil.cli.history:history", "Show a hand over its runs, and readings that drift to a limit."),
     "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
     "faults": Command(
         "hil.cli.faults:faults", "List the faults that can be injected into a hand or a link.", "emulate"

@@ -251,6 +251,25 @@ def read_recording(path: Path) -> Recording:
             ) from error
 
 
+def read_header(path: Path) -> Header:
+    """Read the header that a recording began with; its duration is not known there.
+
+    Raises:
+        OSError: the file cannot be read, or is a pipe or a device.
+        UnusableFileError: it is not a recording of this project, or damaged; the message says which.
+    """
+    with open_regular(path) as stream:
+        try:
+            for record in _records(stream):
+                if isinstance(record, Metadata) and record.name == METADATA:
+                    return _header(record, path)
+        except UnusableFileError:
+            raise
+        except DAMAGED as error:
+            raise UnusableFileError(f"{path} is not a readable MCAP file: {type(error).__name__} {error}") from error
+    raise UnusableFileError(f"{path} has no header of aero-hil")
+
+
 def _records(stream: BinaryIO) -> Iterator[McapRecord]:
     """Return the records in the order of the file, up to its end or its cut."""
     try:

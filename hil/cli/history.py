@@ -1,0 +1,66 @@
+"""`aero-hil history`: the readings of one hand over its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from aero.exit_code import Exit
+from aero.printable import printable
+from aero.whole_file import write_whole
+from hil.cli.exits import Ended, usage_errors
+from hil.cli.output import echo
+from hil.cli.terminal import console as new_console
+from hil.history.drift import FIRST, Track, drifts_of, tracks_of
+from hil.history.runs import names_in, of_hand, runs_in
+from hil.history.timeline import render_history
+from hil.recordings.output import prepared_file
+
+
+@click.command()
+@click.argument("hand")
+@click.argument("folders", type=click.Path(exists=True, file_okay=False, path_type=Path), nargs=-1)
+@click.option(
+    "--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("history.html"), show_default=True,
+    help="Page to write.",
+)  # fmt: skip
+def history(*, hand: str, folders: tuple[Path, ...], out: Path) -> None:
+    """Show HAND over all its runs in FOLDERS (`validation` if none), and the readings that drift towards a limit.
+
+    HAND is its name in hands.toml or its serial number. A drift needs five runs since the last step of a case.
+    """
+    places = folders or (Path("validation"),)
+    if not folders and not places[0].is_dir():
+        raise Ended("there is no folder `validation` here; name the folders with the runs", Exit.USAGE)
+    runs, refused = runs_in(places)
+    for folder, reason in refused:
+        echo(f"left out: {folder}: {reason}", err=True)
+    mine = of_hand(runs, hand)
+    if not mine:
+        known = ", ".join(names_in(runs)) or "none that has a name or a serial number"
+        raise Ended(f"no run of {printable(hand)!r} there; there are runs of {known}", Exit.USAGE)
+    tracks = tracks_of(mine)
+    drifts = drifts_of(tracks)
+    with usage_errors():
+        prepared_file(out)
+    write_whole(out, render_history(hand, mine, tracks, drifts))
+    new_console().print(_table(tracks))
+    for drift in drifts:
+        echo(drift.sentence)
+    days = (mine[-1].started - mine[0].started).days
+    echo(f"{len(mine)} runs in {days} days, {len(drifts)} drifting towards a limit; {out}")
+
+
+def _table(tracks: Sequence[Track]) -> Table:
+    """Return first and last reading of the regression's metrics, subject by subject."""
+    table = Table("channel", "reading", "first", "last", "limits", box=SIMPLE_HEAD)
+    for track in tracks:
+        if track.metric.name in FIRST and track.experiment == "staircase":
+            first, last = (track.metric.text(value) for value in (track.values[0], track.values[-1]))
+            bounds = track.limit.text(track.metric.unit) if track.limit else ""
+            table.add_row(track.subject.replace("_", " "), track.metric.words, first, last, bounds)
+    return table

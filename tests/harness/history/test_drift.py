@@ -1,0 +1,93 @@
+"""Drift towards a limit: reported of hands that wear, and of no others."""
+
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hil.history.drift import Drift, drifts_of, tracks_of
+from hil.history.runs import HandRun, Intervention
+from hil.recordings.recording import Header
+
+BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
+HEADER = Header("staircase", "/dev/ttyACM0", "right", "0.2.0", "identified", "released", "physical", 0)
+RING, TIMES = "ring", 20
+
+
+def runs(values, *, every_days=7.0, interventions=None):
+    """Runs with one reading each: the ring finger's rise time, ms."""
+    return [
+        HandRun(
+            Path(f"run-{place}"),
+            BEGIN + timedelta(days=every_days * place),
+            HEADER,
+            {"staircase": {RING: {"rise_hand_ms": float(value)}}},
+            passed=True,
+            interventions=(interventions or {}).get(place, ()),
+        )
+        for place, value in enumerate(values)
+    ]
+
+
+def limit_of():
+    (track,) = tracks_of(runs([50.0]))
+    return track.limit
+
+
+LIMIT = limit_of()
+MIDDLE, HALF = (LIMIT.at_least + LIMIT.at_most) / 2.0, (LIMIT.at_most - LIMIT.at_least) / 2.0
+
+
+def drifts(values, **said):
+    return drifts_of(tracks_of(runs(values, **said)))
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([-1.0, 1.0]), st.floats(0.01, 0.1))
+def test_a_reading_that_wears_is_reported_before_its_limit_and_the_limit_is_met_when_said(seed, way, noise):
+    noisy = np.random.default_rng(seed).normal(0.0, noise * HALF, TIMES)
+    (drift,) = drifts(MIDDLE + way * np.linspace(0.0, 0.8, TIMES) * HALF + noisy)
+    assert drift.bound == (LIMIT.at_most if way > 0 else LIMIT.at_least)
+    assert drift.per_month * way > 0.0
+    assert drift.interval[0] <= drift.per_month <= drift.interval[1]
+    left = 0.2 / 0.8 * 7.0 * (TIMES - 1)
+    assert left * 0.4 < drift.days_left < left * 2.0
+    assert "a month" in drift.sentence
+    assert "limit of" in drift.sentence
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_hand_that_does_not_wear_has_no_drift(seed):
+    assert drifts(MIDDLE + np.random.default_rng(seed).normal(0.0, 0.2 * HALF, TIMES)) == []
+
+
+@given(st.integers(0, 4))
+def test_nothing_is_reported_of_fewer_than_five_runs(count):
+    assert drifts(MIDDLE + np.linspace(0.0, 0.8, count) * HALF) == []
+
+
+@given(st.integers(1, TIMES - 2))
+def test_an_exchange_begins_anew(at):
+    exchanged = {at: (Intervention("exchange", frozenset({RING})),)}
+    values = np.where(np.arange(TIMES) <= at, MIDDLE - 0.6 * HALF, MIDDLE + 0.6 * HALF)
+    assert drifts(values, interventions=exchanged) == []
+
+
+def test_a_step_on_another_channel_changes_nothing():
+    worn = MIDDLE + np.linspace(0.0, 0.8, TIMES) * HALF
+    elsewhere = {10: (Intervention("exchange", frozenset({"index"})),)}
+    assert len(drifts(worn, interventions=elsewhere)) == 1
+    assert len(drifts(worn, interventions={10: (Intervention("power", frozenset()),)})) <= 1
+
+
+def test_a_drift_away_from_any_limit_within_a_year_is_not_reported():
+    assert drifts(MIDDLE + np.linspace(0.0, 0.05, TIMES) * HALF) == []
+
+
+def test_a_reading_past_its_limit_says_so():
+    (drift,) = drifts(MIDDLE + np.linspace(0.0, 1.3, TIMES) * HALF)
+    assert isinstance(drift, Drift)
+    assert drift.days_left == 0.0
+    assert "past its limit" in drift.sentence

@@ -1,0 +1,80 @@
+"""`aero-hil history` over the folders that validations left."""
+
+import json
+import shutil
+from dataclasses import replace
+from datetime import datetime, timedelta
+
+import pytest
+from click.testing import CliRunner
+
+from hil import open_target
+from hil.cli import main
+from hil.history.runs import of_hand, runs_in
+from hil.recordings.mcap_file import read_header, read_recording, write_recording
+from hil.report.results import write_results
+from hil.verdict.validation import validate
+
+FIELDS = {"hand_id": "bench-left", "serial_number": "F412FA"}
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory):
+    """Six runs of one hand a week apart, of which the last has only a serial number, and one of another hand."""
+    place = tmp_path_factory.mktemp("validation")
+    first = place / "0"
+    first.mkdir()
+    with open_target(seed=3) as target:
+        write_results(validate(target, ("presence",), folder=first), first)
+    for number in range(6, -1, -1):
+        folder = place / str(number)
+        if number:
+            shutil.copytree(first, folder)
+        fields = FIELDS if number < 5 else {"serial_number": "F412FA"} if number == 5 else {"hand_id": "bench-right"}
+        for path in folder.glob("*.mcap"):
+            made = read_recording(path)
+            started = datetime.fromisoformat(made.header.started) + timedelta(days=7 * number)
+            write_recording(replace(made, header=replace(made.header, started=started.isoformat(), **fields)), path)
+    (place / "latest").symlink_to("6")
+    return place
+
+
+def test_each_run_is_found_once_in_the_order_of_its_date(folders):
+    runs, refused = runs_in([folders, folders])
+    assert not refused
+    assert [run.folder.name for run in runs] == ["0", "1", "2", "3", "4", "5", "6"]
+    assert [run.folder.name for run in of_hand(runs, "bench-left")] == ["0", "1", "2", "3", "4", "5"]
+    assert [run.folder.name for run in of_hand(runs, "bench-right")] == ["6"]
+
+
+def test_a_page_and_a_line(folders, tmp_path):
+    done = CliRunner().invoke(main, ["history", "bench-left", str(folders), "--out", str(tmp_path / "h.html")])
+    assert done.exit_code == 0, done.output
+    assert "6 runs in 35 days, 0 drifting towards a limit" in done.output
+    page = (tmp_path / "h.html").read_text()
+    assert "bench-left: 6 runs" in page
+    assert page.count("<svg") >= 3
+
+
+def test_an_unknown_hand_is_one_line_with_the_known_ones(folders, tmp_path):
+    done = CliRunner().invoke(main, ["history", "bench", str(folders), "--out", str(tmp_path / "h.html")])
+    assert done.exit_code == 2
+    assert "bench-left, bench-right" in done.output
+    assert not (tmp_path / "h.html").exists()
+
+
+@pytest.mark.parametrize("damage", ["{", json.dumps({"passed": True})])
+def test_a_damaged_run_is_left_out_with_its_reason(folders, tmp_path, damage):
+    shutil.copytree(folders / "0", tmp_path / "runs" / "good")
+    shutil.copytree(folders / "0", tmp_path / "runs" / "bad")
+    (tmp_path / "runs" / "bad" / "checks.json").write_text(damage)
+    runs, refused = runs_in([tmp_path / "runs"])
+    assert [run.folder.name for run in runs] == ["good"]
+    assert [folder.name for folder, _ in refused] == ["bad"]
+
+
+def test_the_header_is_read_without_the_recording(folders):
+    path = folders / "0" / "presence.mcap"
+    assert replace(read_header(path), duration_s=0.0, finished=True) == replace(
+        read_recording(path).header, duration_s=0.0, finished=True
+    )
