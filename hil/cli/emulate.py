@@ -28,7 +28,7 @@ from hil.cli.viewing import viewing
 from hil.faults import Schedule, parse_fault
 from hil.targets.delays import LATE, LEAST_S, DelayLog, Loop
 from hil.targets.emulated_hand import build_emulated
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import HOMINGS, HandSpec
 from hil.targets.pty_process import NEVER_FIRED
 from hil.view.feed import Observer
 from hil.view.sources import EmulatedSource
@@ -88,7 +88,7 @@ def emulate(
             )
             workbench.at_a_port = True
             electronics.says_rom_text = True
-            if hand.homed:  # on virtual time, a tenth of what it takes a client
+            for _ in range(HOMINGS if homed else 0):  # on virtual time, a tenth of what it takes a client
                 AeroHand(InProcessLink(electronics), electronics.clock).home()
             server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port, listen=listen)
 

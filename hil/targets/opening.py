@@ -23,7 +23,7 @@ from hil.faults.schedule import Schedule
 from hil.faults.workbench import Workbench
 from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
 from hil.targets.emulated_hand import build_emulated, found_as, host_link
-from hil.targets.hand_spec import PHYSICAL, HandSpec
+from hil.targets.hand_spec import HOMINGS, PHYSICAL, HandSpec
 from hil.targets.pty_process import serve_in_process
 from hil.targets.target import GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
@@ -101,7 +101,7 @@ def in_process(opening: Opening, workbench: Workbench, link: Transport) -> Itera
     found = found_as(spec.conditions or Conditions(), link, clock, settable=settable, seed=spec.seed)
     wire = WireLog(found, clock)
     with _drive(wire, clock, opening) as hand:
-        if spec.homed:
+        for _ in range(HOMINGS if spec.homed else 0):
             hand.home()
         yield opening.granted(
             hand, clock, wire, capabilities=(GroundTruth(workbench.mechanics, electronics), workbench)

@@ -13,6 +13,7 @@ from aero.firmware import firmware_of
 from aero.safety import SafetyStopError
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.lateness import VERY_LATE_S
+from hil.targets.hand_spec import HOMINGS
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, Proposal, outcome_of
 from hil.verdict.failures import HANDS_FAULT, Failures
@@ -24,9 +25,6 @@ from hil.verdict.validation import validate
 
 OPENS_S = 2.0
 """Time in which a hand opens and comes to rest, s."""
-HOMINGS = 2
-"""How often a hand homes after a step. From where it lies, a thumb finds another zero than from where homing has left
-it: of 20 healthy hands 5 failed after they had homed once, 1 after twice, none after three times."""
 AT_LEAST = ("presence",)
 """What is run for a failure that no experiment showed, such as a board that is silent from the start."""
 

@@ -61,7 +61,7 @@ def test_a_metric_is_added_in_the_folder_of_its_check(copy):
     with (folder / "checks.toml").open("a", encoding="utf-8") as table:
         table.write(
             '\n[[metric]]\nname = "peak_current"\nunit = "A"\nmeaning = "Too much."\nremedy = "Free it."\n'
-            'side = "above"\nfloor = 0.1\nevidence = "torque"\non = ["fingers"]\n'
+            'side = "above"\nevidence = "torque"\non = ["fingers"]\n'
             'worse = { by = 0.2, share = 0.1, meaning = "More." }\n'
         )
     assert touched(copy) == {Path("hil/checks/holding")}

@@ -79,6 +79,19 @@ class Store:
             raise OSError(f"cannot write to the campaign {self._path}: {_line(error)}") from error
         self._keys.add(key)
 
+    def require_commit(self, commit: str) -> None:
+        """See that all outcomes are of one commit of this project, since another measures other numbers.
+
+        Raises:
+            StoreError: some are of another.
+        """
+        rows = self._connection.execute("SELECT DISTINCT commit FROM trials").fetchall()
+        if others := sorted({found for (found,) in rows} - {commit}):
+            raise StoreError(
+                f"{self._path} has runs of commit {', '.join(map(repr, others))}, this program is of {commit!r}; "
+                "give another folder with --out, or check that commit out"
+            )
+
     def keys(self) -> frozenset[str]:
         """Return the keys of all trials that are done."""
         return frozenset(self._keys)

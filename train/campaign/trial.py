@@ -167,7 +167,6 @@ def healthy_hands(
     firmware: Sequence[str] = USUAL_FIRMWARE,
     conditions: Sequence[str] | None = None,
     *,
-    homed: Sequence[bool] = (True,),
     sides: Sequence[Side] = SIDES,
 ) -> list[Trial]:
     """Return trials of healthy hands with seeds from `first` on; what is given in several kinds takes turns.
@@ -177,14 +176,13 @@ def healthy_hands(
         count: how many hands.
         firmware: versions.
         conditions: kinds of condition that all are found under; when None every kind, for half of the hands.
-        homed: whether they are homed; in ideal zeros otherwise.
         sides: the side that changes fastest.
     """
     under = ((), KINDS) if conditions is None else (tuple(conditions),)
-    kinds = islice(cycle(product(under, (False, True), firmware, homed, sides)), count)
+    kinds = islice(cycle(product(under, (False, True), firmware, sides)), count)
     return [
-        Trial(f"{PLAUSIBLE}{first + i}", side, version, first + i, homed=zeros, guarded=guarded, conditions=found)
-        for i, (found, guarded, version, zeros, side) in enumerate(kinds)
+        Trial(f"{PLAUSIBLE}{first + i}", side, version, first + i, guarded=guarded, conditions=found)
+        for i, (found, guarded, version, side) in enumerate(kinds)
     ]
 
 

@@ -24,6 +24,7 @@ from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
+from hil.recordings.provenance import source_commit
 from model.units.conditions import KINDS
 from train.campaign.store import NAME, Store, missing, opened
 from train.campaign.summary import flagged, render_campaign
@@ -124,7 +125,11 @@ def run_trials(console: Console, trials: Sequence[Trial], store: Store, workers:
         store: open for writing.
         workers: what runs them.
         folder: of the store, for messages.
+
+    Raises:
+        StoreError: the store has outcomes of another commit, whose numbers may differ.
     """
+    store.require_commit(source_commit())
     left = missing(trials, store.keys())
     console.print(f"{len(trials)} runs, {len(trials) - len(left)} done before; {folder / NAME}")
     with unwinding(), ProgressBar() as bar:

@@ -41,8 +41,8 @@ def limits() -> None:
 def make(*, out: Path, data: Path | None, workers: Workers) -> None:
     """Draw the population, validate each hand, and compute a limit for each check, subject and firmware.
 
-    Every hand is one of seeds that are written down, so the same program makes the same table. It takes an hour and a
-    half of two cores. The false alarms on hands that the limits were not made from are printed.
+    Every hand is one of seeds that are written down, so the same program makes the same table. It takes an
+    hour of two cores. The false alarms on hands that the limits were not made from are printed.
     """
     console = new_console()
     with usage_errors():
@@ -57,7 +57,7 @@ def make(*, out: Path, data: Path | None, workers: Workers) -> None:
     flagged, judged = held_out(outcomes)
     write_whole(place / "limits.csv", limits_text(table))
     write_whole(place / "population.toml", provenance_text(outcomes, flagged, judged))
-    console.print(f"limits from six sevenths of the hands flag {flagged} of the other {judged}")
+    console.print(f"limits from four fifths of the hands flag {flagged} of the other {judged}")
     console.print(f"{place / 'limits.csv'}: {len(table)} limits from {len(outcomes)} healthy hands")
 
 
@@ -66,7 +66,7 @@ def provenance_text(outcomes: Sequence[Outcome], flagged: int, judged: int) -> s
     seeds = [outcome.trial.seed for outcome in outcomes]
     table = {
         "command": COMMAND,
-        "commits": sorted({outcome.commit for outcome in outcomes}),
+        "commit": outcomes[0].commit,
         "generator": GENERATOR,
         "hands": len(outcomes),
         "seeds": [min(seeds), max(seeds)],

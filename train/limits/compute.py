@@ -18,6 +18,7 @@ from scipy.stats import genpareto, lmoment
 
 from hil.checks.shared.declaration import Check
 from hil.verdict.limits import Limit
+from train.limits.resolution import resolution
 
 Floats = NDArray[np.float64]
 
@@ -27,12 +28,11 @@ TAIL = 0.15
 """Share of the readings that the tail is fitted to."""
 FURTHEST = 0.5
 """How far a limit goes beyond the extreme readings at most, as a part of their range."""
-FEW = 8
-"""Readings of one version that show so little of their spread that it counts double. A normal distribution shows a
-range of 2.5 standard deviations in 6 readings, 3.6 in 18, 5.8 in 300: with it the furthest limit is 4 to 6 of them from
-the middle in each case."""
+FEWEST = 60
+"""Readings that a limit needs. Hands of one firmware, guarded or not, that have fewer share the limit of all firmware;
+a check with fewer in all is not judged."""
 LEAST_EXCESSES = 8
-"""Excesses from which on a tail is fitted; with fewer, the limit is the extreme reading and the floor."""
+"""Excesses that the fit of a tail needs; with fewer, the limit is the extreme reading and the resolution."""
 ROUNDING = 1e-9
 """Part of the mean excess below which its spread is that of rounding alone."""
 SHAPES = (-0.25, 0.1)
@@ -63,7 +63,7 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
         groups: healthy hands.
 
     Raises:
-        ValueError: a check has no healthy readings.
+        ValueError: hands of some firmware have no reading of a check.
     """
     sides = sum({"both": 2}.get(check.side or "", 1) for check in checks)
     found: list[Limit] = []
@@ -78,8 +78,23 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
         # Firmware `pre` has no torque limit, so its guarded hands are stopped before they can be measured.
         measured = [group for group in meant if group.guarded and _pooled(group.population, check).size]
         weaker = _limits(check, measured, versions, chance)
-        found += _together(free, weaker)
+        together = _together(free, weaker)
+        found += [limit for limit in together if limit.readings >= FEWEST]
+        found += _shared(check, meant, [limit for limit in together if limit.readings < FEWEST], chance)
     return tuple(found)
+
+
+def _shared(check: Check, groups: Sequence[Healthy], few: Sequence[Limit], chance: float) -> list[Limit]:
+    """Return one limit from hands of all firmware for those that have too few readings, by whether they are guarded."""
+    found = []
+    for guarded in dict.fromkeys(limit.guarded for limit in few):
+        alike = [group for group in groups if guarded is None or group.guarded is guarded]
+        values = np.concatenate([_pooled(group.population, check) for group in alike])
+        firmware = tuple(version for limit in few if limit.guarded is guarded for version in limit.firmware)
+        pool = Healthy(firmware, {(check.experiment, check.metric, check.subjects[0]): values})
+        if values.size >= FEWEST:
+            found += [replace(limit, guarded=guarded) for limit in _limits(check, [pool], set(firmware), chance)]
+    return found
 
 
 def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance: float) -> list[Limit]:
@@ -134,9 +149,9 @@ def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tupl
     held = np.concatenate([values, np.array(check.recorded or ())])
     low, high, median = float(held.min()), float(held.max()), float(np.median(values))
     # Some readings come in steps, of which no tail can be told; healthy hands are bounded, so the limit stays near.
-    most = FURTHEST * (1.0 + FEW / values.size) * float(np.ptp(values))
-    upper = max(min(median + beyond[0], float(values.max()) + most), high + check.floor)
-    lower = min(max(median - beyond[1], float(values.min()) - most), low - check.floor)
+    most, step = FURTHEST * float(np.ptp(values)), resolution(check, firmware)
+    upper = max(min(median + beyond[0], float(values.max()) + most), high + step)
+    lower = min(max(median - beyond[1], float(values.min()) - most), low - step)
     return Limit(
         check.experiment,
         check.metric,

@@ -30,6 +30,8 @@ AMPLITUDE = 0.4
 FURTHEST = (1.0,) * 7
 """How far each channel is sent at most, part of its window, command order."""
 LONGEST_DELAY_S = 0.2
+DELAY_STEP_S = 0.005
+"""Step of the search for the delay, s."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
@@ -64,7 +66,7 @@ def measure(recording: Recording) -> Measured:
     found = {}
     for channel in Channel:
         trace = MILLI * hand.values[moving, channel]
-        delays = np.arange(-LONGEST_DELAY_S, LONGEST_DELAY_S, 0.005)
+        delays = np.arange(-LONGEST_DELAY_S, LONGEST_DELAY_S, DELAY_STEP_S)
         errors = [
             trace - MILLI * at_times(model.times, model.values[:, [channel]], hand.times[moving] - delay)[:, 0]
             for delay in delays

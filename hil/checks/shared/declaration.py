@@ -14,7 +14,6 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 | `says` | of a person's answer: the words for 0, 1, 2 and so on |
 | `end_of_scale` | reading at which the board clamps: what is really there may be anything beyond |
 | `side` | which side of the healthy readings is a fault: `above`, `below` or `both` |
-| `floor` | least distance of the limit from any healthy reading: what emulated hands do not vary, such as a busy host |
 | `recorded` | readings of physical hands, which the limits must hold; a comment says whose they are |
 | `at_least`, `at_most`, `source` | instead of all that: a bound that physics or the wire gives |
 | `firmware` | versions that a bound holds for; of several, a list `bounds`, one without holds for all others |
@@ -101,7 +100,6 @@ class Check:
     """Versions it holds for; empty for all."""
     side: LimitSide | None = None
     """None when the bound is given."""
-    floor: float = 0.0
     recorded: tuple[float, float] | None = None
     at_least: float = -math.inf
     at_most: float = math.inf
@@ -111,8 +109,6 @@ class Check:
         bounded = math.isfinite(self.at_least) or math.isfinite(self.at_most)
         if self.given != bounded or self.given != bool(self.source):
             raise ValueError(f"check on {self.metric}: give a side, or at_least or at_most with a source")
-        if not self.given and not self.floor > 0:
-            raise ValueError(f"check on {self.metric}: give the least distance from healthy readings, `floor`")
 
     @property
     def given(self) -> bool:

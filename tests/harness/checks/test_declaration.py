@@ -10,7 +10,7 @@ from hil.checks.shared.subjects import CHANNELS
 
 TABLE = {
     "name": "warmth", "evidence": "own_sensor", "unit": "K", "meaning": "Warm.", "remedy": "Wait.",
-    "side": "above", "floor": 1.0,
+    "side": "above",
 }  # fmt: skip
 
 
@@ -19,13 +19,10 @@ def parsed(**changes):
 
 
 def test_a_group_states_what_differs_and_inherits_the_rest():
-    fingers, thumb = parsed(on={"fingers": {}, "thumb_flexor": {"floor": 2.0, "unit": "mK"}})
+    fingers, thumb = parsed(on={"fingers": {}, "thumb_flexor": {"side": "both", "unit": "mK"}})
     assert (fingers.subjects, fingers.unit) == (("index", "middle", "ring", "pinky"), "K")
     assert (thumb.subjects, thumb.unit) == (("thumb_flexor",), "mK")
-    assert [(check.floor, check.side) for metric in (fingers, thumb) for check in metric.checks] == [
-        (1.0, "above"),
-        (2.0, "above"),
-    ]
+    assert [check.side for metric in (fingers, thumb) for check in metric.checks] == ["above", "both"]
 
 
 def test_one_text_stands_for_both_sides_and_a_side_may_have_its_own():
@@ -35,8 +32,8 @@ def test_one_text_stands_for_both_sides_and_a_side_may_have_its_own():
 
 
 def test_several_bounds_share_what_they_do_not_state():
-    (metric,) = parsed(bounds=[{"firmware": ["pre"], "floor": 3.0}, {"firmware": ["0.2.0"]}])
-    assert [(check.firmware, check.floor) for check in metric.checks] == [(("pre",), 3.0), (("0.2.0",), 1.0)]
+    (metric,) = parsed(bounds=[{"firmware": ["pre"], "side": "both"}, {"firmware": ["0.2.0"]}])
+    assert [(check.firmware, check.side) for check in metric.checks] == [(("pre",), "both"), (("0.2.0",), "above")]
 
 
 def test_the_papers_numbers_are_those_of_the_subjects():

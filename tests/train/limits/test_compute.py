@@ -8,6 +8,7 @@ import pytest
 from hil.checks.shared.declaration import Check
 from train.limits.compute import (
     FALSE_ALARMS,
+    FEWEST,
     Healthy,
     _outward,
     computed_limits,
@@ -15,9 +16,10 @@ from train.limits.compute import (
 )
 
 INDEX, RING = ("staircase", "friction", "index"), ("staircase", "friction", "ring")
-BOTH = Check("staircase", "friction", ("index", "ring"), side="both", floor=0.1)
-ONE = Check("staircase", "friction", ("index",), side="both", floor=0.1)
+BOTH = Check("staircase", "friction", ("index", "ring"), side="both")
+ONE = Check("staircase", "friction", ("index",), side="both")
 STEPS = 1.0 * np.arange(100)
+QUANTUM_A = 0.0065
 
 
 def hands(values, version="0.2.0", *, ring=(), guarded=False):
@@ -77,14 +79,14 @@ def test_a_limit_goes_beyond_many_readings_by_half_their_range_at_most():
     far = np.append(np.zeros(86), 1.1 ** np.arange(15.0))
     # Two hundred checks leave each a chance so small that the tail goes on for longer than that.
     limit = computed_limits([ONE] * 200, [hands(far)])[0]
-    assert limit.at_most == pytest.approx((1 + 0.5 * 109 / 101) * far.max(), abs=0.01)
-    assert limit.at_least == -0.1
+    assert limit.at_most == pytest.approx(1.5 * far.max(), abs=0.01)
+    assert limit.at_least == _outward(-QUANTUM_A, -1)
 
 
 def test_all_sides_and_subjects_share_the_false_alarms():
     """Two checks of two sides and one of one side are five; two fingers halve the share of each."""
-    one_sided = Check("audit", "pull", ("index",), side="above", floor=0.1)
-    other = Check("audit", "followed", ("index",), side="both", floor=0.1)
+    one_sided = Check("audit", "pull", ("index",), side="above")
+    other = Check("audit", "followed", ("index",), side="both")
     pool = hands(STEPS, ring=STEPS)
     readings = dict.fromkeys([("audit", "pull", "index"), ("audit", "followed", "index")], STEPS)
     group = Healthy(pool.firmware, {**pool.population, **readings})
@@ -98,22 +100,35 @@ def test_all_sides_and_subjects_share_the_false_alarms():
 
 
 def test_versions_have_limits_of_their_own_about_their_median_and_share_the_spread():
-    few = [hands([0.0, 1.0, 2.0]), hands([10.0, 14.0], "0.1.5")]
-    first, second = computed_limits([ONE], few)
-    # Deviations are -1, 0, 1 and -2, 2; nobody goes further than half the own range beyond the own readings.
-    assert (first.at_least, first.at_most, first.firmware) == (-1.0, 3.0, ("0.2.0",))
-    assert (second.at_least, second.at_most, second.firmware) == (9.9, 14.1, ("0.1.5",))
-    assert second.readings == 2
-    limited = Check("staircase", "friction", ("index",), ("0.1.5",), side="both", floor=0.1)
-    (only,) = computed_limits([limited], few)
+    groups = [hands(STEPS), hands(1000.0 + STEPS[:80], "0.1.5")]
+    first, second = computed_limits([ONE], groups)
+    beyond = upper_bound(np.append(STEPS - 49.5, STEPS[:80] - 39.5), FALSE_ALARMS / 2)
+    assert (first.at_most, first.firmware) == (_outward(49.5 + beyond, 1), ("0.2.0",))
+    assert (second.at_most, second.firmware) == (_outward(1039.5 + beyond, 1), ("0.1.5",))
+    assert second.readings == 80
+    limited = Check("staircase", "friction", ("index",), ("0.1.5",), side="both")
+    (only,) = computed_limits([limited], groups)
     assert only.firmware == ("0.1.5",)
 
 
-def test_a_limit_of_few_readings_may_go_further_for_they_show_less_of_their_spread():
-    """Eight readings over a range of 7: twice half of it beyond the greatest."""
-    far = hands(np.append(STEPS, 1000.0))
-    limit = computed_limits([ONE], [far, hands(np.arange(8.0), "0.1.1")])[1]
-    assert (limit.at_least, limit.at_most) == (-7.0, 14.0)
+def test_a_firmware_with_few_readings_shares_the_limit_of_all():
+    """59 readings of one version are too few, with those of the other they are 159."""
+    own, shared = computed_limits([ONE], [hands(STEPS), hands(1000.0 + STEPS[: FEWEST - 1], "0.1.5")])
+    assert (own.firmware, own.readings) == (("0.2.0",), 100)
+    assert (shared.firmware, shared.readings, shared.healthy) == (("0.1.5",), 159, (0.0, 1058.0))
+
+
+def test_guarded_hands_with_few_readings_share_the_limit_of_guarded_hands():
+    few = -1000.0 + STEPS[:40]
+    groups = [
+        hands(STEPS), hands(few, guarded=True), hands(STEPS, "0.1.5"), hands(few, "0.1.5", guarded=True),
+    ]  # fmt: skip
+    rows = [(limit.firmware, limit.guarded, limit.readings) for limit in computed_limits([ONE], groups)]
+    assert rows == [(("0.2.0",), False, 100), (("0.1.5",), False, 100), (("0.2.0", "0.1.5"), True, 80)]
+
+
+def test_a_check_with_few_readings_in_all_is_not_judged():
+    assert computed_limits([ONE], [hands(STEPS[: FEWEST - 1])]) == ()
 
 
 def test_a_bound_that_is_given_is_not_computed():
@@ -127,26 +142,26 @@ def test_a_check_without_readings_is_an_error():
 
 
 def test_readings_that_are_not_there_are_left_out():
-    (limit,) = computed_limits([ONE], [hands([math.nan, 0.0, 1.0, 2.0])])
-    assert limit.healthy == (0.0, 2.0)
+    (limit,) = computed_limits([ONE], [hands([math.nan, *STEPS])])
+    assert limit.healthy == (0.0, 99.0)
 
 
 def test_recorded_hands_widen_what_is_healthy():
-    check = Check("staircase", "friction", ("index",), side="both", floor=0.1, recorded=(-5.0, 1.0))
-    (limit,) = computed_limits([check], [hands([0.0, 2.0])])
-    assert limit.healthy == (-5.0, 2.0)
-    assert limit.at_least == -5.1
+    check = Check("staircase", "friction", ("index",), side="both", recorded=(-500.0, 1.0))
+    (limit,) = computed_limits([check], [hands(STEPS)])
+    assert limit.healthy == (-500.0, 99.0)
+    assert limit.at_least == _outward(-500.0 - QUANTUM_A, -1)
 
 
 def test_guarded_hands_share_a_limit_that_holds_them():
-    free, weaker = hands([0.0, 4.0]), hands([-0.05, 3.0], guarded=True)
-    (limit,) = computed_limits([ONE], [free, weaker])
+    free = hands(STEPS)
+    (limit,) = computed_limits([ONE], [free, hands(STEPS - 1.0, guarded=True)])
     assert limit.guarded is None
-    assert limit.healthy == (-0.05, 4.0)
+    assert limit.healthy == (-1.0, 99.0)
     assert computed_limits([ONE], [free, hands([], guarded=True)])[0].guarded is None
-    apart = computed_limits([ONE], [free, hands([-9.0, 3.0], guarded=True)])
-    assert [(limit.guarded, limit.healthy) for limit in apart] == [(False, (0.0, 4.0)), (True, (-9.0, 3.0))]
-    above = computed_limits([ONE], [free, hands([3.0, 9.0], guarded=True)])
+    apart = computed_limits([ONE], [free, hands(STEPS - 200.0, guarded=True)])
+    assert [(limit.guarded, limit.healthy) for limit in apart] == [(False, (0.0, 99.0)), (True, (-200.0, -101.0))]
+    above = computed_limits([ONE], [free, hands(STEPS + 200.0, guarded=True)])
     assert [limit.guarded for limit in above] == [False, True]
 
 

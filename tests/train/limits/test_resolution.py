@@ -1,0 +1,33 @@
+"""Resolutions follow from window, registers and sample rate."""
+
+import pytest
+
+from hil.checks import CHECKS
+from train.limits.resolution import resolution
+
+COMPUTED = [check for check in CHECKS if not check.given]
+WITHOUT = {"rise_hand_ms", "open_close_rate", "spring_shape"}
+"""Interpolated, or a ratio."""
+
+
+@pytest.mark.parametrize(
+    ("metric", "subject", "expected"),
+    [
+        ("friction", "index", 0.0065),
+        ("fist_travel", "index", 45.26 / 3278),
+        ("closed_percent", "index", 100 / 3278),
+        ("followed", "thumb_abduction", 100 / 0.2 / 1138),
+        ("overshoot_hand_percent", "index", 2000 / 3278),
+        ("replay_delay", "ring", 5.0),
+        ("command_to_motion", "hand", 1.0),
+        ("matched_steps", "ring", 1.0),
+    ],
+)
+def test_a_resolution_is_one_count_one_sample_or_one_quantum(metric, subject, expected):
+    check = next(one for one in COMPUTED if one.metric == metric and subject in one.subjects)
+    assert resolution(check, ("0.1.5",)) == pytest.approx(expected, rel=1e-3)
+
+
+def test_every_computed_limit_has_one_but_those_of_interpolated_quantities():
+    for check in COMPUTED:
+        assert (resolution(check, ("0.1.5", "0.2.0")) == 0.0) == (check.metric in WITHOUT), check

@@ -1,0 +1,59 @@
+"""Resolution of a reading: the least distance between two different ones, from window, registers and sample rate.
+
+A limit lies at least this far from any healthy reading, because a reading nearer than that is the same reading. A
+quantity that is interpolated between samples (a rise time, a rate, a ratio) has no such step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from aero.actuation import ActuationMap
+from aero.channels import Channel
+from aero.driver import CURRENT_A_PER_UNIT
+from aero.protocol import MAX_CODE
+from hil.checks import EXPERIMENTS, JUDGED
+from hil.checks.audit.check import NUDGE
+from hil.checks.replay.check import DELAY_STEP_S
+from hil.checks.shared.declaration import Check
+from hil.checks.shared.signals import MILLI
+from hil.checks.staircase.check import Staircase
+
+REGISTERS = {"A": CURRENT_A_PER_UNIT, "°C": 1.0, "of 40 steps": 1.0}
+"""Unit to one quantum of the servos' current or temperature register, or to one step."""
+
+
+def resolution(check: Check, firmware: Iterable[str]) -> float:
+    """Return the resolution of a check's reading in its unit: the coarsest of its channels and firmware versions."""
+    metric = JUDGED[check.experiment].metric(check.metric, check.subjects[0])
+    if metric.unit == "ms":
+        return _time_ms(check)
+    if metric.unit in REGISTERS:
+        return REGISTERS[metric.unit]
+    return max((_count(metric.unit, version, check.subjects) for version in firmware), default=0.0)
+
+
+def _time_ms(check: Check) -> float:
+    """Return the step of a time, ms: that of its search, or the period of the readings that it lies between."""
+    if check.metric == "rise_hand_ms":  # interpolated between samples, median of many steps
+        return 0.0
+    return MILLI * (DELAY_STEP_S if check.metric == "replay_delay" else EXPERIMENTS[check.experiment].period_s)
+
+
+def _count(unit: str, firmware: str, subjects: tuple[str, ...]) -> float:
+    """Return one servo count in a unit, the largest of the channels; 0 in a unit that counts do not limit."""
+    channels = [Channel[subject.upper()] for subject in subjects if subject != "hand"]
+    codec = ActuationMap.for_firmware(firmware)
+    part = 1.0 / codec.window.spans_counts()
+    ends = codec.travel_from_angles(codec.angles_from_codes(np.outer([0, MAX_CODE], np.ones(len(Channel), int))))
+    travel = MILLI * part * np.abs(np.diff(ends, axis=0))[0]
+    by_unit = {
+        "mm": travel,
+        "mrad": travel,
+        "% of the window": 100.0 * part,
+        "% of a nudge": 100.0 * part / NUDGE,
+        "%": 100.0 * part * Staircase().levels,  # of a step of the staircase
+    }
+    return float(max(by_unit[unit][channel] for channel in channels)) if unit in by_unit else 0.0
