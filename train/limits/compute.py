@@ -33,6 +33,8 @@ FEWEST = 60
 a check with fewer in all is not judged."""
 LEAST_EXCESSES = 8
 """Excesses that the fit of a tail needs; with fewer, the limit is the extreme reading and the resolution."""
+WRITTEN = 5e-3
+"""Relative resolution of a bound, which is written with three figures."""
 ROUNDING = 1e-9
 """Part of the mean excess below which its spread is that of rounding alone."""
 SHAPES = (-0.25, 0.1)
@@ -149,7 +151,8 @@ def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tupl
     held = np.concatenate([values, np.array(check.recorded or ())])
     low, high, median = float(held.min()), float(held.max()), float(np.median(values))
     # Some readings come in steps, of which no tail can be told; healthy hands are bounded, so the limit stays near.
-    most, step = FURTHEST * float(np.ptp(values)), resolution(check, firmware)
+    most = FURTHEST * float(np.ptp(values))
+    step = max(resolution(check, firmware), WRITTEN * max(abs(low), abs(high)))
     upper = max(min(median + beyond[0], float(values.max()) + most), high + step)
     lower = min(max(median - beyond[1], float(values.min()) - most), low - step)
     return Limit(

@@ -19,7 +19,6 @@ INDEX, RING = ("staircase", "friction", "index"), ("staircase", "friction", "rin
 BOTH = Check("staircase", "friction", ("index", "ring"), side="both")
 ONE = Check("staircase", "friction", ("index",), side="both")
 STEPS = 1.0 * np.arange(100)
-QUANTUM_A = 0.0065
 
 
 def hands(values, version="0.2.0", *, ring=(), guarded=False):
@@ -80,7 +79,7 @@ def test_a_limit_goes_beyond_many_readings_by_half_their_range_at_most():
     # Two hundred checks leave each a chance so small that the tail goes on for longer than that.
     limit = computed_limits([ONE] * 200, [hands(far)])[0]
     assert limit.at_most == pytest.approx(1.5 * far.max(), abs=0.01)
-    assert limit.at_least == _outward(-QUANTUM_A, -1)
+    assert limit.at_least == _outward(-0.005 * far.max(), -1)
 
 
 def test_all_sides_and_subjects_share_the_false_alarms():
@@ -150,7 +149,7 @@ def test_recorded_hands_widen_what_is_healthy():
     check = Check("staircase", "friction", ("index",), side="both", recorded=(-500.0, 1.0))
     (limit,) = computed_limits([check], [hands(STEPS)])
     assert limit.healthy == (-500.0, 99.0)
-    assert limit.at_least == _outward(-500.0 - QUANTUM_A, -1)
+    assert limit.at_least == _outward(-500.0 * 1.005, -1)
 
 
 def test_guarded_hands_share_a_limit_that_holds_them():
