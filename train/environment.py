@@ -15,7 +15,6 @@ import jax
 import jax.numpy as jnp
 import mujoco
 import numpy as np
-from mujoco import mjx
 
 from aero.actuation.arrays import Array
 from aero.policy.task import ACTION_SIZE
@@ -65,6 +64,8 @@ def over_mjx(model: mujoco.MjModel, draws: Draws | None = None) -> Advance:
         model: a compiled `train.simulator`.
         draws: randomised fields, one model for each member of the batch; None gives all the same model.
     """
+    from mujoco import mjx  # noqa: PLC0415 - for GPUs alone
+
     device = mjx.put_model(model)
     template = mjx.make_data(model)
     fields = {name: jnp.asarray(values) for name, values in (draws or {}).items()}

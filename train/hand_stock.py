@@ -52,8 +52,9 @@ class HandStock:
                 cube = nearer(cube, rng.uniform(*self.stage.cube_reach))
         scene = built.build_scene(unit, self.settings.torque_limit, cube)
         scene.model.geom_friction[tip_geoms(scene.model), 0] = rng.uniform(*self.stage.hands.tip_friction)
+        whose = None if self.stage.typical else unit
         error_m = self.stage.hands.correction_error_m
-        return StockedHand(scene, training_correction(unit, self.settings, rng, error_m))
+        return StockedHand(scene, training_correction(whose, self.settings, rng, error_m))
 
     def batch(
         self, numbers: Sequence[int], threads: int | None = None, check: StopCheck = lambda: None

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import CABLES, Channel, Joint
+from aero.policy.running import typical_correction
 from aero.policy.settings import PolicySettings
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction
@@ -141,12 +142,14 @@ def draw_healthy(rng: np.random.Generator) -> Unit:
     return plausible_unit(int(rng.integers(*UNNAMED_SEEDS)))
 
 
-def training_correction(unit: Unit, settings: PolicySettings, rng: np.random.Generator, error_m: float = 0.0) -> Floats:
-    """Return by how much longer each channel of a hand must be commanded, (7,), m, abduction rad.
+def training_correction(
+    unit: Unit | None, settings: PolicySettings, rng: np.random.Generator, error_m: float = 0.0
+) -> Floats:
+    """Return by how much longer each channel of a hand is commanded, (7,), m, abduction rad; typical when it is None.
 
     As a hand is before it runs a policy (`model.units.cable_correction`), at training's step; each cable is wrong by up
     to `error_m`, uniform on both sides.
     """
-    found = np.array(correction(in_training(unit), settings))
+    found = np.array(typical_correction() if unit is None else correction(in_training(unit), settings))
     found[list(CABLES)] += rng.uniform(-error_m, error_m, len(CABLES))
     return found

@@ -112,6 +112,8 @@ class TrainingStage:
     healthy: bool = False
     """Whether the built hands are drawn as the healthy population is (`model.units.plausible`); of `hands`, what a unit
     does not have still holds, the friction of the fingertips and the error of the correction."""
+    typical: bool = False
+    """Whether built hands have the typical correction, as one without a twin runs a policy; else their exact one."""
     redraw: Redraw | None = None
     """How built hands are replaced within the stage."""
     any_cube: bool = False
@@ -295,6 +297,8 @@ STEADY = Recipe(
             name="constrain",
             steps=4_400_000,
             healthy=True,
+            typical=True,
+            hands=replace(HANDS, correction_error_m=0.001),
             rewarded=RewardSettings(Weights(pushed=-2.0)),
             action_rate=Ramp(-0.1, -0.2, 1_000_000),
             redraw=Redraw(every=20, hands=40),
