@@ -1,9 +1,16 @@
-"""Files that people bring: regular ones of a bounded size. A pipe would be waited on, a device read for ever."""
+"""The one door for user-supplied files: regular ones of bounded size and depth.
+
+A pipe would be waited on, and a device read for ever. `tests/harness/test_one_way_to_read.py` finds what opens a file
+without this module.
+"""
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import stat
+import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -55,6 +62,42 @@ def read_text(path: Path, most_bytes: int = MIB) -> str:
     """
     with open_regular(path, most_bytes) as stream:
         return stream.read(most_bytes).decode("utf-8-sig")
+
+
+def read_json(path: Path, most_bytes: int = MIB) -> Any:
+    """Return the content of a JSON file without NaN and infinity, which JSON does not have.
+
+    Raises:
+        OSError: as `open_regular`.
+        ValueError: it is not JSON, or nested too deeply; the message has no name of the file.
+    """
+    try:
+        return json.loads(read_text(path, most_bytes), parse_constant=_refused, parse_float=_finite)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
+
+
+def _refused(name: str) -> None:
+    raise ValueError(f"{name} is not a number of JSON")
+
+
+def _finite(text: str) -> float:
+    if math.isinf(number := float(text)):
+        raise ValueError(f"{text} is too large a number")
+    return number
+
+
+def read_toml(path: Path, most_bytes: int = MIB) -> dict[str, Any]:
+    """Return the content of a TOML file.
+
+    Raises:
+        OSError: as `open_regular`.
+        ValueError: it is not TOML, or nested too deeply; the message has no name of the file.
+    """
+    try:
+        return tomllib.loads(read_text(path, most_bytes))
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
 
 
 def read_npz(path: Path, largest_bytes: int) -> dict[str, NDArray[Any]]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import json
 import pickle
 import pickletools
 import warnings
@@ -24,7 +23,7 @@ from aero.policy.file import Policy
 from aero.policy.network import Layer, Network
 from aero.policy.settings import PolicySettings
 from aero.policy.task import ShownAction
-from aero.regular_file import open_regular
+from aero.regular_file import open_regular, read_json
 
 rebuild_numpy = np.empty(0).__reduce__()[0]
 """What pickled NumPy arrays call; its module differs between versions of NumPy."""
@@ -186,7 +185,7 @@ def _folder(path: Path) -> tuple[Any, ...]:
             "folders are read with JAX and Brax; from a checkout: pip install -e '.[train]'"
         ) from error
     if (path / NETWORK_CONFIG).exists():
-        _check_network(json.loads((path / NETWORK_CONFIG).read_text()))
+        _check_network(read_json(path / NETWORK_CONFIG))
     with warnings.catch_warnings():
         # Brax does not say where the arrays shall go; Orbax then asks the folder, and warns that other machines differ.
         warnings.filterwarnings("ignore", "Sharding info not provided")

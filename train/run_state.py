@@ -11,13 +11,13 @@ from dataclasses import asdict, dataclass, field, replace
 from math import nan
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import jax
 import numpy as np
 from matplotlib.figure import Figure
 
 from aero.exit_code import Exit
+from aero.regular_file import read_npz, read_text
 from aero.whole_file import whole
 
 STATE, CURVE, PICTURE = "state.npz", "curve.csv", "curve.png"
@@ -106,6 +106,10 @@ class Standing:
         )
 
 
+LARGEST_BYTES = 2**32
+"""Largest size of a file of a run, unpacked, bytes."""
+
+
 def read_standing(folder: Path) -> Standing:
     """Read where a run stands.
 
@@ -113,11 +117,10 @@ def read_standing(folder: Path) -> Standing:
         RunFolderError: there is no run in `folder`, or none that can be read.
     """
     try:
-        with np.load(folder / STATE, allow_pickle=False) as archive:
-            row = json.loads(str(archive[_STANDING]))
+        row = json.loads(str(read_npz(folder / STATE, LARGEST_BYTES)[_STANDING]))
     except FileNotFoundError as error:
         raise RunFolderError(f"{folder} holds no run yet") from error
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
+    except (OSError, ValueError, KeyError) as error:
         raise RunFolderError(f"{folder / STATE} is damaged ({error}); use another folder") from error
     try:
         return Standing(**row | {"tendency": Tendency(**row["tendency"])})
@@ -141,8 +144,8 @@ def load_arrays(path: Path, template: Any) -> Any:
         RunFolderError: the file holds other shapes, so it belongs to another recipe.
     """
     leaves, structure = jax.tree.flatten(template)
-    with np.load(path, allow_pickle=False) as archive:
-        stored = [archive[name] for name in sorted(set(archive.files) - {_STANDING})]
+    arrays = read_npz(path, LARGEST_BYTES)
+    stored = [arrays[name] for name in sorted(set(arrays) - {_STANDING})]
     if [leaf.shape for leaf in leaves] != [array.shape for array in stored]:
         raise RunFolderError(f"{path} does not fit the recipe's networks; it belongs to another recipe")
     return jax.tree.unflatten(structure, [jax.numpy.asarray(array) for array in stored])
@@ -206,8 +209,8 @@ def append(folder: Path, point: Checkpoint) -> None:
 def read_curve(folder: Path) -> list[Checkpoint]:
     """Return the curve of a run."""
     kinds: dict[str, Any] = {"attempt": int, "steps": int}
-    with (folder / CURVE).open(newline="") as file:
-        rows = [{name: kinds.get(name, float)(value) for name, value in row.items()} for row in csv.DictReader(file)]
+    lines = read_text(folder / CURVE, LARGEST_BYTES).splitlines()
+    rows = [{name: kinds.get(name, float)(value) for name, value in row.items()} for row in csv.DictReader(lines)]
     return [Checkpoint(**row) for row in rows]
 
 

@@ -22,7 +22,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -38,7 +37,7 @@ from aero.channels import OBSERVATION_ORDER, Channel
 from aero.exit_code import Exit
 from aero.policy.settings import MOST_TARGET, PolicySettings, checked_number
 from aero.policy.task import ACTION_SIZE, CHANNELS, ShownAction
-from aero.regular_file import read_text
+from aero.regular_file import read_toml
 
 Floats = NDArray[np.float64]
 Row = tuple[float, ...]
@@ -217,13 +216,13 @@ class Interface:
             PolicyFileError: no such file, or something in it that is unknown, missing or does not fit; one line.
         """
         try:
-            return cls._parsed(tomllib.loads(read_text(path)))
+            return cls._parsed(read_toml(path))
         except FileNotFoundError as error:
             raise PolicyFileError(
                 f"{path} is missing: it says what the policy observes and what its action means; copy "
                 "aero/policy/shipped/steady.toml and change it"
             ) from error
-        except (OSError, ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
+        except (OSError, ValueError, TypeError, KeyError, OverflowError) as error:
             said = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
             raise PolicyFileError(f"{path}: {said}") from error
 

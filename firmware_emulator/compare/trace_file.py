@@ -48,11 +48,13 @@ def read_traces(path: Path) -> Iterator[Recorded]:
         TraceFileError: no such file, or something else in it; the message names the line.
     """
     number = 0
+    if path.exists() and not path.is_file():
+        raise TraceFileError(f"{path}: not a regular file")
     try:
         with lzma.open(path, "rt", encoding="utf-8") as file:
             for number, line in enumerate(file, start=1):  # noqa: B007 - for the message
                 yield _recorded(json.loads(line))
-    except (OSError, EOFError, lzma.LZMAError, ValueError, KeyError, TypeError) as error:
+    except (OSError, EOFError, lzma.LZMAError, ValueError, KeyError, TypeError, RecursionError) as error:
         where = f", line {number}" if number else ""
         raise TraceFileError(f"{path}{where}: no recorded sessions ({type(error).__name__}: {error})") from error
 

@@ -185,6 +185,14 @@ def _units(root: Path) -> list[Path]:
     return [HOST / "board.cpp"] if root == HOST else [path for path in root.glob("*") if path.suffix in UNITS]
 
 
+def _home() -> Path:
+    """Return the user's home, or a folder of the user's own where a container's or a service's user has none."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return Path(tempfile.gettempdir(), f"aero-hil-{os.getuid()}")
+
+
 def _kept(root: Path, compiler: Compiler, options: list[str]) -> Path:
     """Return the cache folder for the objects of a root, named by everything that they are made from."""
     digest = hashlib.sha256("\0".join([*compiler.command, *options]).encode())
@@ -192,7 +200,7 @@ def _kept(root: Path, compiler: Compiler, options: list[str]) -> Path:
         for path in sorted(folder.rglob("*")):
             if path.suffix in UNITS + HEADERS:
                 digest.update(path.name.encode() + path.read_bytes())
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or _home() / ".cache")
     kept = cache / "aero-hil" / "firmware" / digest.hexdigest()[:16]
     kept.mkdir(parents=True, exist_ok=True)
     return kept

@@ -156,6 +156,9 @@ class ServoModel:
         return range(min(span.start for span in spans), max(span.stop for span in spans)) if spans else range(0)
 
 
+LARGEST_BYTES = 2**20
+
+
 def read_model(path: Path, known: Callable[[str], Mapping[str, Any]]) -> dict[str, Any]:
     """Return a file's content, with that of the model it is `like` below it; `known` returns the content of a model.
 
@@ -163,9 +166,11 @@ def read_model(path: Path, known: Callable[[str], Mapping[str, Any]]) -> dict[st
         ValueError: it is no TOML.
         OSError: it cannot be read.
     """
+    if path.exists() and not (path.is_file() and path.stat().st_size <= LARGEST_BYTES):
+        raise ValueError(f"{path}: not a file of a servo model, which has at most {LARGEST_BYTES} bytes")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"{path}: not a TOML file: {error}") from error
     if unknown := content.keys() - {"like", "without"} - {field.name for field in fields(ServoModel)}:
         raise ValueError(f"{path}: unknown {', '.join(sorted(unknown))}")

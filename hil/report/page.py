@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -125,7 +126,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         cut=[(one.header, whole(one, Channel)) for one in map(with_samples, validation.end.cut) if drawable(one)],
         exchanged=None if validation.results or validation.end.cut else _exchanged(recordings),
         events=_repeated(recordings.values()),
-        files={name: quote(path) for name, path in (files or {}).items()},
+        files={name: quote(os.fsencode(path)) for name, path in (files or {}).items()},
         session=WHOLE_RUN.name,
         subjects=SUBJECTS,
         channel_titles=[channel.title for channel in Channel],

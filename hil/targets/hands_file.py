@@ -8,14 +8,13 @@ from __future__ import annotations
 import os
 import re
 import sys
-import tomllib
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aero.firmware import FIRMWARE
-from aero.regular_file import read_text
+from aero.regular_file import read_text, read_toml
 from aero.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -63,16 +62,21 @@ def fields_of(target: str) -> Fields:
 
 def files() -> tuple[Path, ...]:
     """Return the files that there are, the one of the working folder first."""
-    return tuple(path for path in (Path(FILE), user_folder() / FILE) if path.is_file())
+    folder = user_folder()
+    places = (Path(FILE), *(() if folder is None else (folder / FILE,)))
+    return tuple(path for path in places if path.is_file())
 
 
-def user_folder() -> Path:
-    """Return the folder of this user's configuration; it need not be there."""
+def user_folder() -> Path | None:
+    """Return the folder of this user's configuration, which need not exist; None for a user without a home."""
     if sys.platform == "win32":
         base = os.environ.get("APPDATA", "")
     else:
         base = os.environ.get("XDG_CONFIG_HOME", "")
-    return Path(base or Path.home() / ".config") / "aero-hil"
+    try:
+        return Path(base or Path.home() / ".config") / "aero-hil"
+    except RuntimeError:  # a container's or a service's user may have none
+        return None
 
 
 def read_hands(path: Path) -> dict[str, Fields]:
@@ -82,10 +86,10 @@ def read_hands(path: Path) -> dict[str, Fields]:
         ValueError: it cannot be read, is no TOML, or has a key or a value that is not allowed.
     """
     try:
-        tables = tomllib.loads(read_text(path))
+        tables = read_toml(path)
     except OSError as error:
         raise ValueError(f"{path}: {error}") from error
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise ValueError(f"{path} is not TOML: {error}") from error
     return {name: _hand(path, name, table) for name, table in tables.items()}
 

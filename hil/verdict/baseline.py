@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import shutil
@@ -11,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aero.regular_file import read_text
+from aero.regular_file import read_json
 from hil.checks import JUDGED, Measured
 from hil.checks.shared.declaration import Metric
 from hil.recordings.errors import UnusableFileError, writing
@@ -126,7 +125,7 @@ def load(baseline: Path) -> Baseline:
 
 
 def _checks(folder: Path) -> Mapping[str, Any]:
-    checks: Mapping[str, Any] = json.loads(read_text(folder / "checks.json", LARGEST_BYTES))
+    checks: Mapping[str, Any] = read_json(folder / "checks.json", LARGEST_BYTES)
     return checks
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Self
 
 from aero.channels import Channel
+from aero.regular_file import read_json
 from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.recordings.errors import NotOneHandError, UnusableFileError
@@ -97,10 +97,10 @@ def read_case(folder: Path) -> StoredCase:
     """
     path = folder / CASE
     try:
-        return case_of(json.loads(path.read_text(encoding="utf-8")))
+        return case_of(read_json(path))
     except OSError as error:
         raise UnusableFileError(f"{folder} holds no case: {error.strerror or error}; `validate` opens one") from error
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise UnusableFileError(f"{path} is no case that this version reads ({type(error).__name__})") from error
 
 

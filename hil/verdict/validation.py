@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from datetime import datetime, timedelta
 from itertools import combinations
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from hil.checks import DEFAULT, EXPERIMENTS, WHOLE_RUN
 from hil.checks.shared.experiment import map_of
 from hil.recordings.errors import NotOneHandError
 from hil.recordings.recorder import Progress, Recorder, silent
-from hil.recordings.recording import Recording
+from hil.recordings.recording import Header, Recording
 from hil.targets.target import Target
 from hil.verdict.baseline import load, regressions
 from hil.verdict.findings import failed
@@ -173,11 +174,28 @@ def require_one_run(named: Mapping[str, Recording]) -> None:
         if (other := seen.setdefault(header.experiment, name)) != name:
             raise NotOneHandError(f"{other} and {name} are both of {header.experiment}: make a report of each")
     for (one, first), (other, second) in combinations(named.items(), 2):
+        if said := _apart(first.header, second.header):
+            raise NotOneHandError(f"{one} and {other} are not of one run: {said}; make a report of each")
         for field in ONE_HAND:
             ours, theirs = getattr(first.header, field), getattr(second.header, field)
             if ours != theirs and ((ours and theirs) or field == "faults"):
                 said = f"{field.replace('_', ' ')} {ours or 'none'}, the other {theirs or 'none'}"
                 raise NotOneHandError(f"{one} and {other} are not of one hand: one has {said}; make a report of each")
+
+
+LONGEST_RUN = timedelta(days=1)
+"""Time between the recordings of one run; above it the hand may have changed."""
+
+
+def _apart(one: Header, other: Header) -> str:
+    """Return a sentence on what separates two recordings in time or version, or ""."""
+    if one.commit and other.commit and one.commit != other.commit:
+        return f"they were made at the commits {one.commit[:12]} and {other.commit[:12]}"
+    if one.started and other.started:
+        first, second = (datetime.fromisoformat(header.started).astimezone() for header in (one, other))
+        if abs(first - second) > LONGEST_RUN:
+            return f"they were made on {first:%Y-%m-%d} and {second:%Y-%m-%d}"
+    return ""
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:

@@ -1,6 +1,8 @@
 """Results replace a link in their place and never write through it; a result that fails leaves the old one."""
 
+import errno
 import re
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -62,6 +64,38 @@ def test_what_fails_leaves_the_old_one(tmp_path):
         draft.with_name("none").replace(draft)
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.fixture
+def mounted(tmp_path, monkeypatch):
+    """A file that is a mount of its own, as `docker -v file:file` makes it."""
+    path = tmp_path / "mounted.txt"
+    path.write_text("old and longer")
+    inode = path.stat().st_ino
+    busy = OSError(errno.EBUSY, "Device or resource busy")
+
+    def refuse(self, *others):
+        if path in (self, *others):
+            raise busy
+        return real[len(others)](self, *others)
+
+    real = {0: partial(Path.unlink, missing_ok=True), 1: Path.replace}
+    monkeypatch.setattr(Path, "unlink", lambda self, missing_ok=False: refuse(self))
+    monkeypatch.setattr(Path, "replace", refuse)
+    yield path
+    assert path.stat().st_ino == inode
+
+
+def test_a_file_that_is_mounted_is_overwritten(mounted):
+    write_whole(mounted, "new")
+    assert mounted.read_text() == "new"
+    assert [path.name for path in mounted.parent.iterdir()] == [mounted.name]
+
+
+def test_a_recording_goes_into_a_file_that_is_mounted(mounted):
+    with begin_file(mounted) as stream:
+        stream.write(b"new")
+    assert mounted.read_text() == "new"
 
 
 def test_what_is_neither_a_file_nor_a_link_is_not_replaced(tmp_path):

@@ -126,6 +126,12 @@ def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
     path = folder / NAME
     if read_only and not path.is_file():
         raise StoreError(f"there is no campaign in {folder}; `aero-hil campaign --out {folder}` makes one")
+    try:
+        str(path).encode()
+    except UnicodeEncodeError as error:
+        raise StoreError(f"{path}: the name of the folder is not UTF-8, which DuckDB needs") from error
+    if path.exists() and not path.is_file():
+        raise StoreError(f"{path} is not a regular file")
     folder.mkdir(parents=True, exist_ok=True)
     try:
         connection = duckdb.connect(str(path), read_only=read_only)

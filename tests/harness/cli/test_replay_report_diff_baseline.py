@@ -14,6 +14,7 @@ from hil import open_target
 from hil.checks import EXPERIMENTS
 from hil.cli import main
 from hil.cli.replay import compare_replies, resend
+from hil.recordings.errors import NotOneHandError
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recording import DELAYS, delay_series
 from hil.report.results import write_results
@@ -278,3 +279,27 @@ def test_a_recording_of_an_unknown_experiment_is_one_line(results, tmp_path, bes
     done = invoke("report", path, *(["--beside", path] if beside else []), "--out", tmp_path / "report.html")
     assert done.exit_code == 2, done.output
     assert "unknown.mcap is of 'of-2040'" in done.output
+
+
+HEADERS = {
+    "commit": ("0" * 40, r"not of one run: they were made at the commits"),
+    "started": ("2024-05-01T10:00:00+02:00", "not of one run: they were made on"),
+}
+
+
+@pytest.mark.parametrize("field", HEADERS)
+def test_recordings_of_one_hand_years_or_commits_apart_are_not_one_run(results, tmp_path, field):
+    value, said = HEADERS[field]
+    other = read_recording(results / "audit.mcap")
+    other = dataclasses.replace(other, header=dataclasses.replace(other.header, **{field: value}))
+    with pytest.raises(NotOneHandError, match=said):
+        judge_recordings([read_recording(results / "presence.mcap"), other])
+
+
+def test_the_name_of_a_folder_need_not_be_text(results, tmp_path):
+    folder = tmp_path / "caf\udce9"
+    folder.mkdir()
+    (folder / "x.mcap").write_bytes((results / "audit.mcap").read_bytes())
+    done = invoke("report", folder / "x.mcap", "--out", tmp_path / "report.html")
+    assert done.exit_code in (0, 1), done.output
+    assert "caf%E9/x.mcap" in (tmp_path / "report.html").read_text()

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from train.campaign.store import missing, opened
+from train.campaign.store import StoreError, missing, opened
 from train.campaign.trial import Outcome, Trial
 
 NUMBER = st.floats(-1e6, 1e6)
@@ -75,4 +75,10 @@ def test_a_folder_without_a_campaign_is_named(tmp_path: Path):
 def test_a_file_that_is_no_store_is_named(tmp_path: Path):
     (tmp_path / "campaign.duckdb").write_text("not a database, but long enough to be looked at" * 10)
     with pytest.raises(ValueError, match="cannot open the campaign"), opened(tmp_path):
+        pass
+
+
+def test_a_folder_whose_name_is_not_text_is_one_line(tmp_path):
+    folder = tmp_path / "caf\udce9"
+    with pytest.raises(StoreError, match="UTF-8"), opened(folder):
         pass
