@@ -86,12 +86,12 @@ def played(row: int, number: int) -> CaseEnd:
     faults, seed = ALL[row].faults[number], ALL[row].first_seed + number
     side = SIDES[number // 2 % 2]
     one = play(faults, f"plausible:{seed}", seed, ("0.2.0", "0.1.5")[number % 2], side)
-    told = one.convicted
+    told = one.told
     return CaseEnd(
         " ".join(map(str, faults)),
         one.found,
-        told is not None and any(is_right(told, fault) for fault in faults),
-        "" if told is None else str(told),
+        any(is_right(suspect, fault) for suspect in told for fault in faults),
+        ", ".join(map(str, told)),
         one.gone,
         0 if one.case is None else len(one.case.done),
         one.minutes,

@@ -24,7 +24,7 @@ from hil.targets.hand_spec import HandSpec
 from hil.targets.target import NoHandError, Target
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import StoredCase, write_case
-from hil.verdict.case_words import came_of, conclusion, why
+from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.diagnosis import NextStep
 from hil.verdict.failures import HANDS_FAULT
 from hil.verdict.findings import failed
@@ -37,7 +37,14 @@ GO_ON = "Go on with the case that this run belongs to."
 NOTE = FreeText("Measured, read or seen (may stay empty):")
 FREED = "Was there anything to take away?"
 READY = "Ready: the step is done, and the hand has power."
-DONE = Option("done", True)
+DONE = Option("done", StepOutcome.STAYS)
+NOT_DONE = Option("cannot be done", StepOutcome.SKIPPED, "s")
+OUTCOMES = (
+    Option("yes", StepOutcome.YES, "y"),
+    Option("no", StepOutcome.NO, "n"),
+    Option("not sure", StepOutcome.UNSURE, "u"),
+    NOT_DONE,
+)
 TRY_S = 1.0
 """Pause between two tries to reach a board that may home, s."""
 
@@ -130,7 +137,7 @@ class CaseSession:
 
     @property
     def _done(self) -> tuple[str, ...]:
-        return tuple(map(came_of, self.case.done))
+        return tuple(map(outcome_text, self.case.done))
 
     def _shown(self, proposal: Proposal) -> CaseShown:
         touched = tuple(one for one in (proposal.at, proposal.beside) if one is not None)
@@ -154,7 +161,7 @@ class CaseSession:
         self._store(replace(self.stored, answers=answers))
         return answer
 
-    def _seen(self, text: str, proposal: Proposal) -> bool:
+    def _seen(self, text: str, options: tuple[Option[Answer], ...], proposal: Proposal) -> Answer:
         """Ask what the person has seen, or let it be seen for them."""
         helper = self._hand.helper
         if helper is not None and proposal != self._seen_for and text not in self.stored.answers:
@@ -162,27 +169,27 @@ class CaseSession:
             helped: Choice[bool] = Choice(text, (Option("look for me", True), Option("I have looked", False, "n")))
             if self._asker.ask(helped):
                 self._asker.tell(f"seen       {helper.see(proposal)}")
-        return self._answer(Choice(text, YES_OR_NO))
+        return self._answer(Choice(text, options))
 
-    def _do(self, proposal: Proposal) -> None:
-        """Ask until the step is done, or let it be done."""
+    def _do(self, proposal: Proposal) -> bool:
+        """Ask until the step is done, or let it be done; return whether it was."""
         if (helper := self._hand.helper) is None:
-            self._asker.ask(Choice(READY, (DONE,)))
-        elif self._asker.ask(Choice(READY, (Option("do it for me", False), replace(DONE, key="d")))) is False:
+            return self._asker.ask(Choice(READY, (DONE, NOT_DONE))) is not StepOutcome.SKIPPED
+        if self._asker.ask(Choice(READY, (Option("do it for me", False), Option("done", True, "d")))) is False:
             self._asker.tell(f"done       {helper.do(proposal)}")
+        return True
 
     def _taken(self, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
         """Let the person do a step, and return what came of it, None where a run does not tell, and the note."""
         step, note, freed = proposal.step, "", False
         if step.asks:
-            seen = self._seen(_question(proposal.text), proposal)
-            note = self._answer(NOTE)
-            if seen or not step.runs:
-                return StepOutcome.SEEN if seen else StepOutcome.STAYS, note
+            answer = self._seen(_question(proposal.text), OUTCOMES, proposal)
+            return answer, self._answer(NOTE)
         if step.frees:
-            freed = self._seen(FREED, proposal)
+            freed = self._seen(FREED, YES_OR_NO, proposal)
         self._asker.announce(self._motion(proposal))
-        self._do(proposal)
+        if not self._do(proposal):
+            return StepOutcome.SKIPPED, ""
         done: tuple[StepOutcome | None, Validation] | None = None
         try:
             with self._opened() as opened:

@@ -18,23 +18,24 @@ from hil.targets.standing_hand import StandingHand
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import HandOfCase
+from hil.verdict.steps import StepOutcome
 
 ASIDE = {"computer": (Part.COMPUTER, Part.DRIVER)}
 """Parts that others stand in for, for as long as a step takes."""
 ACTS: dict[str, Sequence[str]] = {
     "again": (),
-    "home": ("let_go",),
-    "look": ("let_go",),
+    "home": ("power_off", "let_go", "power_on"),
     "power": ("power_off", "power_on"),
     "computer": (),
     "release": ("replace driver",),
     "cable": ("replace usb",),
-    "supply": ("replace bus",),
+    "plugs": ("power_off", "replace bus", "power_on"),
+    "supply": ("power_off", "replace supply", "power_on"),
     "flash": ("replace board",),
-    "registers": (),
+    "board": ("replace board",),
     "exchange": ("exchange_servos {at} {beside}",),
 }
-"""What is done for a step, as the prompt of `emulate` takes it; for one that asks, where the answer is no."""
+"""Acts for a step, as the prompt of `emulate` takes them; none for one that changes nothing."""
 CLOSES_S, READS_S = 2.0, 0.05
 """Time that the fingers get to close while the voltage is read, and period of reading, s."""
 
@@ -60,7 +61,7 @@ class EmulatedCaseHand:
         """Do what a step says, and return what was done."""
         name = proposal.step.name
         at, beside = ("" if one is None else one.label for one in (proposal.at, proposal.beside))
-        said = [act(self.bench.workbench, words.format(at=at, beside=beside)) for words in ACTS[name]]
+        said = [act(self.bench.workbench, words.format(at=at, beside=beside)) for words in ACTS.get(name, ())]
         if parts := ASIDE.get(name):
             self.bench.workbench.set_aside(*parts)
             said.append("took another computer with aero-hil as released")
@@ -70,9 +71,10 @@ class EmulatedCaseHand:
         """Look, measure or read as a step says, and return what is seen."""
         looks: dict[str, Callable[[], str]] = {
             "home": self.bench.workbench.let_go,
-            "look": lambda: self._look(proposal),
-            "supply": self._measure,
-            "flash": self._version,
+            "bend": lambda: self._look(proposal),
+            "inspect": lambda: self._look(proposal),
+            "voltage": self._measure,
+            "version": self._version,
             "registers": self.bench.workbench.registers,
         }
         return looks[proposal.step.name]()
@@ -80,12 +82,12 @@ class EmulatedCaseHand:
     def redo(self, case: DiagnosisCase) -> None:
         """Do the steps of a case again that were done to the hand before it was closed."""
         for done in case.done:
-            self.do(done.proposal)
+            if done.outcome is not StepOutcome.SKIPPED:
+                self.do(done.proposal)
 
     def _look(self, proposal: Proposal) -> str:
-        bench = self.bench.workbench
         places = [one for one in (proposal.at, proposal.beside) if one is not None]
-        return "; ".join([bench.let_go(), *map(bench.look, places)])
+        return "; ".join(map(self.bench.workbench.look, places))
 
     def _measure(self) -> str:
         bench, least = self.bench.workbench, self.bench.workbench.volts()

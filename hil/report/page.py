@@ -7,7 +7,7 @@ import math
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 from urllib.parse import quote
@@ -27,11 +27,11 @@ from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_
 from hil.report.finger_map import DIGITS, MARKS, verdicts
 from hil.report.measured import MeasuredNumber, readings_of
 from hil.report.plots import Plot, drawable, packed, whole, with_samples
-from hil.verdict.case import DiagnosisCase
-from hil.verdict.case_words import asked, came_of, conclusion, why
+from hil.verdict.case import CaseState, DiagnosisCase
+from hil.verdict.case_words import asked, conclusion, outcome_text, why
 from hil.verdict.findings import Finding, Why, failed
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.parts import Part, listed
 from hil.verdict.run_end import EndKind
 from hil.verdict.steps import StepOutcome
 
@@ -138,8 +138,8 @@ def render_case(case: DiagnosisCase) -> str:
     """Return the page of a case: what is at fault, and the chain of steps that says so; it loads nothing."""
     steps = [
         (
-            came_of(one),
-            f"step-{number}/report.html" if one.proposal.step.runs and one.outcome is not StepOutcome.SEEN else "",
+            outcome_text(one),
+            f"step-{number}/report.html" if one.proposal.step.runs and one.outcome is not StepOutcome.SKIPPED else "",
         )
         for number, one in enumerate(case.done, 1)
     ]
@@ -148,26 +148,24 @@ def render_case(case: DiagnosisCase) -> str:
         verdict=(verdict := _verdict_of_case(case)),
         heading=CASE_HEADINGS[verdict] if verdict != "unclear" or proposal else "\u2013 Not isolated",
         conclusion=conclusion(case),
-        suspects=_likely(case.likely),
-        before=_likely(case.suspects),
+        suspects=_listed(case),
+        before=_listed(replace(case, done=())),
         steps=steps,
         next="" if proposal is None else asked(proposal),
         why="" if proposal is None else why(case, proposal),
     )
 
 
-def _likely(suspects: Mapping[Suspect, float]) -> str:
-    """Return suspects with how likely they are, those of whom nothing speaks left out."""
-    return ", ".join(
-        f"{suspect} {weight:.0%}".replace("%", "\u00a0%") for suspect, weight in suspects.items() if weight > 0.005
-    )
+def _listed(case: DiagnosisCase) -> str:
+    return listed(map(str, case.remaining)) if case.remaining else "nobody"
 
 
 def _verdict_of_case(case: DiagnosisCase) -> str:
     """Return what a case came to, as `HEADINGS` names it; a set-up that was put right is no fault."""
-    if case.gone and (case.convicted is None or case.convicted.part is Part.SETUP):
+    told = case.convicted
+    if case.state is CaseState.RESET or (case.gone and (told is None or told.part is Part.SETUP)):
         return "pass"
-    return "unclear" if case.convicted is None else "fail"
+    return "unclear" if told is None else "fail"
 
 
 @cache

@@ -99,16 +99,11 @@ def checks_json(validation: Validation) -> dict[str, object]:
 
 
 def diagnosis_json(validation: Validation) -> dict[str, object]:
-    """Return what is suspected and how likely, the evidence, and the next step; all empty for a good run."""
+    """Return the suspects, the evidence, and the next step; all empty for a good run."""
     found = validation.diagnosis
     return {
         "suspects": [
-            {
-                "part": suspect.part.name.lower(),
-                "channel": _label(suspect.channel),
-                "likely": weight,
-            }
-            for suspect, weight in found.suspects.items()
+            {"part": suspect.part.name.lower(), "channel": _label(suspect.channel)} for suspect in found.suspects
         ],
         "clues": list(found.clues),
         "observations": list(found.observations),

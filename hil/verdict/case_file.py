@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -11,12 +12,14 @@ from aero.channels import Channel
 from aero.regular_file import read_json
 from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
+from hil.checks.shared.subjects import SUBJECTS
 from hil.recordings.errors import NotOneHandError, UnusableFileError
 from hil.recordings.output import json_text
 from hil.recordings.recording import Header
 from hil.targets.hand_spec import PHYSICAL
 from hil.verdict.case import DiagnosisCase, Done, Proposal
-from hil.verdict.failures import LABELS, Failures
+from hil.verdict.failures import KINDS, LABELS, Failures
+from hil.verdict.limits import Key
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import StepOutcome, steps
 
@@ -113,7 +116,9 @@ def table_of(stored: StoredCase) -> dict[str, Any]:
         "experiments": list(case.experiments),
         "ran": list(case.ran),
         "failed": [[*key, excess] for key, excess in case.before.off.items()],
-        "suspects": [[one.part.name, _label(one.channel), likely] for one, likely in case.suspects.items()],
+        "planned": list(case.planned),
+        "strong": _suspects_table(case.strong),
+        "weak": _suspects_table(case.weak),
         "steps": [
             {
                 "step": one.proposal.step.name,
@@ -133,25 +138,48 @@ def case_of(table: Any) -> StoredCase:
     Raises:
         ValueError, KeyError, TypeError, AttributeError: a table is not as `table_of` makes it.
     """
-    experiments, ran = tuple(table["experiments"]), tuple(table["ran"])
-    if not {*experiments, *ran} <= EXPERIMENTS.keys():
-        raise ValueError(f"unknown experiments {experiments} of {ran}")
+    experiments, ran, planned = (tuple(table[key]) for key in ("experiments", "ran", "planned"))
+    if not {*experiments, *ran, *planned} <= EXPERIMENTS.keys():
+        raise ValueError(f"unknown experiments {experiments} of {ran} of {planned}")
     case = DiagnosisCase(
-        Failures({(str(e), str(m), str(on)): float(excess) for e, m, on, excess in table["failed"]}),
-        {Suspect(Part[part], _channel(on)): float(likely) for part, on, likely in table["suspects"]},
+        Failures({_key(e, m, on): _excess(excess) for e, m, on, excess in table["failed"]}),
+        _suspects(table["strong"]),
+        _suspects(table["weak"]),
         experiments,
         ran,
-        tuple(
-            Done(
-                Proposal(steps()[row["step"]], _channel(row["at"]), _channel(row["beside"])),
-                StepOutcome[row["outcome"]],
-                str(row["note"]),
-            )
-            for row in table["steps"]
-        ),
+        planned,
+        tuple(map(_done, table["steps"])),
     )
     hand = HandOfCase(**{name: str(table[name]) for name in HAND}, seed=int(table["seed"]))
     return StoredCase(case, hand, {str(asked): str(line) for asked, line in table["answers"].items()})
+
+
+def _key(experiment: str, metric: str, subject: str) -> Key:
+    if (experiment, metric) not in KINDS or subject not in SUBJECTS:
+        raise ValueError(f"unknown reading {experiment}/{metric} of {subject}")
+    return experiment, metric, subject
+
+
+def _excess(value: float) -> float:
+    if not math.isfinite(float(value)):
+        raise ValueError(f"an excess is a number, not {value}")
+    return float(value)
+
+
+def _suspects(rows: Any) -> frozenset[Suspect]:
+    return frozenset(Suspect(Part[part], _channel(on)) for part, on in rows)
+
+
+def _suspects_table(suspects: frozenset[Suspect]) -> list[list[str | None]]:
+    return sorted(([one.part.name, _label(one.channel)] for one in suspects), key=str)
+
+
+def _done(row: Any) -> Done:
+    proposal = Proposal(steps()[row["step"]], _channel(row["at"]), _channel(row["beside"]))
+    outcome = StepOutcome[row["outcome"]]
+    if outcome not in proposal.step.outcomes or proposal.step.of_one_channel != (proposal.at is not None):
+        raise ValueError(f"step {row['step']} at {row['at']} has no outcome {row['outcome']}")
+    return Done(proposal, outcome, str(row["note"]))
 
 
 def _label(channel: Channel | None) -> str | None:

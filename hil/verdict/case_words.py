@@ -3,22 +3,9 @@
 from __future__ import annotations
 
 from hil.checks.shared.subjects import subject_words
-from hil.verdict.case import DiagnosisCase, Done, Proposal
+from hil.verdict.case import CaseState, DiagnosisCase, Done, Proposal
 from hil.verdict.parts import Part, Suspect, listed
 from hil.verdict.steps import StepOutcome
-
-MEND = {
-    Part.COMPUTER: "Use another computer, or close what else runs on this one.",
-    Part.DRIVER: "Correct the driver or the map; its findings name the channel.",
-    Part.USB: "Replace the USB cable, or connect the hand without the hub.",
-    Part.BOARD: "Flash the board again; if the failure returns, replace it.",
-    Part.SUPPLY: "Replace the supply, or its wires where the voltage is low only under load.",
-    Part.BUS: "Replace the plug or the lead that was loose.",
-    Part.SERVO: "Replace this servo.",
-    Part.DIGIT: "Look at the cable, the springs, the joints and the stops of this digit, and mend what differs.",
-    Part.SETUP: "Nothing is broken: leave the hand as it is now.",
-}
-"""What to do with a part that a step has convicted."""
 
 
 def asked(proposal: Proposal) -> str:
@@ -29,42 +16,51 @@ def asked(proposal: Proposal) -> str:
 
 
 def why(case: DiagnosisCase, proposal: Proposal) -> str:
-    """Return why a step comes next: what its outcomes would prove."""
-    said = [
-        f"{outcome.value}: {listed(map(str, suspects))}"
-        for outcome in proposal.step.outcomes
-        # That something was taken away makes what is gone surer, of the same part.
-        if outcome is not StepOutcome.FREED and (suspects := proposal.step.convicted(outcome, proposal.at))
-    ]
-    proves = f"If {'; if '.join(said)}." if said else "What happened once must fail again before a step can mend it."
+    """Return the reason for a step: the suspects, and what its outcomes would show."""
+    step, told = proposal.step, []
+    for outcome in step.outcomes:
+        # That something was taken away makes the same part surer.
+        if outcome is StepOutcome.FREED or outcome not in step.convicts:
+            continue
+        shown = {
+            Suspect(mode.part, channel)
+            for mode, channel in case.group
+            if step.shows((mode, channel), outcome, proposal.at)
+        }
+        if shown:
+            told.append(f"{outcome.value}: {listed(sorted(map(str, shown)))}")
+    proves = f"If {'; if '.join(told)}." if told else "What happened once must fail again before a step can mend it."
     return f"Suspected: {listed(map(str, case.remaining))}. {proves}"
 
 
-def came_of(done: Done) -> str:
-    """Return what was done, and what came of it."""
-    note, seen = f" ({done.note})" if done.note else "", done.outcome is StepOutcome.SEEN
-    said = f"no; {done.outcome.value}" if done.proposal.step.asks and not seen else done.outcome.value
+def outcome_text(done: Done) -> str:
+    """Return a step that was done, with its outcome."""
+    note, said = f" ({done.note})" if done.note else "", done.outcome.value
     return f"{done.proposal.text} {said[0].upper()}{said[1:]}{note}."
 
 
 def conclusion(case: DiagnosisCase) -> str:
-    """Return how a case stands: the part that a step has convicted, or what remains."""
-    found: Suspect | None = case.convicted
-    if found is not None:
+    """Return how a case stands, with the action that follows."""
+    state, remaining = case.state, listed(map(str, case.remaining)) if case.remaining else ""
+    action = " ".join(mode.action for mode in case.shown)
+    if state is CaseState.RESET:
+        reset = case.done[-1].proposal.step.resets
+        return f"Nothing is broken. The step reset {reset or 'state that was left behind'}. {action}"
+    if (found := case.convicted) is not None:
         name = str(found)
-        return f"{name[0].upper()}{name[1:]}{_now_at(case, found)}. {MEND[found.part]}"
-    if case.gone:
-        likeliest = listed(map(str, case.remaining))
-        return f"The failure is gone, and no part is convicted. If it returns, look first at: {likeliest}."
-    if not case.remaining:
-        return "Nothing is known."
-    return f"Not isolated. What remains: {listed(map(str, case.remaining))}."
+        return f"{name[0].upper()}{name[1:]}{_now_at(case, found)}. {action}"
+    if state is CaseState.NOT_SEEN_AGAIN:
+        return f"The failure did not come again, and no part is convicted. If it returns, look first at: {remaining}."
+    if not remaining:
+        return "No part that is known to the rules explains the failure."
+    return f"{'The failure is gone, but not isolated' if case.gone else 'Not isolated'}. What remains: {remaining}."
 
 
 def _now_at(case: DiagnosisCase, found: Suspect) -> str:
-    """Say where a servo is that was exchanged: a person would replace the good one that is in its place."""
+    """Return where an exchanged servo is now: a person would replace the good one in its place."""
     where = found.channel
     for one in (done.proposal for done in case.done if StepOutcome.MOVED in done.proposal.step.outcomes):
         where = {one.at: one.beside, one.beside: one.at}.get(where, where)
-    moved = found.part is Part.SERVO and where is not None and where is not found.channel
-    return f", which is now at the {subject_words(where.label)}" if moved and where else ""
+    if found.part is not Part.SERVO or where is None or where is found.channel:
+        return ""
+    return f", which is now at the {subject_words(where.label)}"

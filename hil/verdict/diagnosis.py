@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from aero.channels import Channel
@@ -13,9 +12,6 @@ from hil.targets.hands_file import IN_SOFTWARE
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.findings import Finding
 from hil.verdict.parts import Suspect, listed, place
-
-LEADING = 0.5
-"""Part of the likelihood of the first suspect from which on another leads with it."""
 
 
 @dataclass(frozen=True)
@@ -31,36 +27,30 @@ class NextStep:
 class Diagnosis:
     """What the failed findings of a run say together. None of its suspects is convicted: that takes a step."""
 
-    suspects: Mapping[Suspect, float] = field(default_factory=dict)
-    """How likely each is, the likeliest first; empty where nothing failed, or nothing that tells about a part."""
+    suspects: tuple[Suspect, ...] = ()
+    """The ambiguity group; empty if nothing failed, or nothing that tells about a part."""
     clues: tuple[str, ...] = ()
-    """What the leading suspects are suspected for, sentences without a full stop."""
+    """Observations behind the suspects, sentences without a full stop."""
     evidence: tuple[Finding, ...] = ()
-    """Failed findings that the leading suspects account for."""
+    """Failed findings that the suspects explain."""
     unexplained: tuple[Finding, ...] = ()
     """The other failed findings."""
     case: DiagnosisCase | None = None
     """The case that the run opens; None where nothing tells about a part."""
     step: NextStep | None = None
-    """The step that says most for its minutes, or what else to do; None when nothing failed."""
+    """The next step of the case, or another action; None when nothing failed."""
     observations: tuple[str, ...] = ()
     """What the curves of the suspected channels show besides, sentences without a full stop; none names a cause."""
 
     @property
-    def leading(self) -> tuple[Suspect, ...]:
-        """The suspects that are about as likely as the first."""
-        best = max(self.suspects.values(), default=0.0)
-        return tuple(suspect for suspect, weight in self.suspects.items() if weight >= LEADING * best)
-
-    @property
     def channels(self) -> tuple[Channel, ...]:
-        """The channels of the leading suspects."""
-        return tuple(dict.fromkeys(s.channel for s in self.leading if s.channel is not None))
+        """The channels of the suspects."""
+        return tuple(dict.fromkeys(s.channel for s in self.suspects if s.channel is not None))
 
     @property
     def place(self) -> str:
         """Where something is wrong, for a heading; empty where nothing tells."""
-        return place(self.leading)
+        return place(self.suspects)
 
     @property
     def sentence(self) -> str:
@@ -68,7 +58,7 @@ class Diagnosis:
         if not self.clues:
             return ""
         seen = "; ".join(self.clues)
-        return f"{seen[0].upper()}{seen[1:]}. Suspected: {listed(map(str, self.leading))}; no test has shown which."
+        return f"{seen[0].upper()}{seen[1:]}. Suspected: {listed(map(str, self.suspects))}; no test has shown which."
 
 
 NOTHING = Diagnosis()

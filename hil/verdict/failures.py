@@ -1,22 +1,55 @@
-"""The readings of a run that are off: what every rule of the diagnosis reads."""
+"""Failed readings of a run, and the evidence in them: the input of every rule of the diagnosis."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from aero.channels import Channel
-from hil.checks import Measured
-from hil.verdict.limits import Key, Limit, excesses, out_of_limits
+from aero.safety import SafetyReason
+from hil.checks import JUDGED, Measured
+from hil.checks.shared.declaration import EvidenceKind
+from hil.verdict.limits import BEYOND_GIVEN, Key, Limit, excesses, out_of_limits
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 
-FAR = 4.0
-"""Excess from which on a reading counts no more: how far it is off is no measure of how much it says. Failures that
-weigh less together may be a healthy hand's, or another part's that shows most there."""
 RUN = "run"
 """Stands for an experiment in the failure of a run that the hand ended."""
 HANDS_FAULT = {EndKind.STOPPED, EndKind.LINK, EndKind.FIRMWARE}
 LABELS = {channel.label: channel for channel in Channel}
+STOPS = {
+    SafetyReason.CURRENT: EvidenceKind.TORQUE,
+    SafetyReason.CURRENT_AT_REST: EvidenceKind.TORQUE,
+    SafetyReason.TEMPERATURE: EvidenceKind.OWN_SENSOR,
+    SafetyReason.STALE: EvidenceKind.STALE,
+    SafetyReason.JUMP: EvidenceKind.JUMP,
+    SafetyReason.STRAY: EvidenceKind.TRAVEL,
+    SafetyReason.MOTION_AT_REST: EvidenceKind.TRAVEL,
+    SafetyReason.STILL_CLOSED: EvidenceKind.TRAVEL,
+    SafetyReason.UNWATCHED: EvidenceKind.STALL,
+}
+"""Evidence of a guard stop, on the channel that the guard names; of any other end, `EvidenceKind.BYTES`."""
+ENDED = "ended"
+BY_CHANCE = {EvidenceKind.BYTES, EvidenceKind.TEXT, EvidenceKind.STALL, EvidenceKind.RESTART}
+"""Evidence of an event, which a second run of the same hand may miss."""
+KINDS: Mapping[tuple[str, str], EvidenceKind] = (
+    {
+        (measuring.name, metric.name): metric.evidence
+        for measuring in JUDGED.values()
+        for metric in measuring.metrics
+        if metric.evidence is not None
+    }
+    | {(RUN, reason.value): STOPS.get(reason, EvidenceKind.BYTES) for reason in SafetyReason}
+    | {(RUN, ENDED): EvidenceKind.BYTES}
+)
+
+
+class Piece(NamedTuple):
+    """One piece of evidence: however many readings of one kind fail on one side, they are one."""
+
+    subject: str
+    kind: EvidenceKind
+    high: bool
 
 
 @dataclass(frozen=True)
@@ -35,30 +68,34 @@ class Failures:
         known = {key: excess for key, excess in found.items() if excess is not None}
         off = {key: excess for key, excess in known.items() if out_of_limits(excess)}
         if end.kind in HANDS_FAULT:
-            off[RUN, "ended", "hand" if end.channel is None else end.channel.label] = FAR
+            what = ENDED if end.stop is None else end.stop.value
+            off[RUN, what, "hand" if end.channel is None else end.channel.label] = BEYOND_GIVEN
         return cls(off, frozenset(known))
 
-    def on(self, check: str, sign: int = 0) -> frozenset[Channel]:
-        """Return the channels on which a check, `experiment/metric`, is off: too high by 1, too low by -1, any by 0."""
-        return frozenset(
-            LABELS[subject]
-            for (experiment, metric, subject), excess in self.off.items()
-            if f"{experiment}/{metric}" == check and subject in LABELS and (not sign or excess * sign > 0)
-        )
+    @property
+    def pieces(self) -> frozenset[Piece]:
+        """The evidence of the failures."""
+        return frozenset(map(self._piece, self.off))
 
-    def keys(self, wanted: Callable[[str, str], bool]) -> frozenset[Key]:
-        """Return the failures whose check and subject are wanted."""
-        return frozenset(key for key in self.off if wanted(f"{key[0]}/{key[1]}", key[2]))
+    @property
+    def strongest(self) -> Piece | None:
+        """The end of the run, else the piece of the reading furthest beyond its limit; None if nothing failed."""
+        if not self.off:
+            return None
+        return self._piece(max(self.off, key=lambda key: (key[0] == RUN, abs(self.off[key]))))
 
-    def hand(self, *checks: str) -> frozenset[Key]:
-        """Return the failures of the whole hand in some checks."""
-        return self.keys(lambda check, subject: subject == "hand" and check in checks)
+    @property
+    def measured(self) -> frozenset[tuple[str, EvidenceKind]]:
+        """Subjects and kinds of which a reading was measured and judged, or ended the run."""
+        return frozenset((key[2], KINDS[key[:2]]) for key in (*self.known, *self.off))
 
-    def weight(self, keys: Iterable[Key]) -> float:
-        """Return how much some of the failures say."""
-        return sum(min(abs(self.off[key]), FAR) for key in keys if key in self.off)
+    def kinds(self, subject: str) -> frozenset[EvidenceKind]:
+        """Return the kinds of evidence on a subject."""
+        return frozenset(piece.kind for piece in self.pieces if piece.subject == subject)
 
-    def excess(self, check: str, subject: str) -> float:
-        """Return how far a reading is off; 0 within its limits."""
-        experiment, metric = check.split("/")
-        return self.off.get((experiment, metric, subject), 0.0)
+    def within(self, experiments: Collection[str]) -> Failures:
+        """Return the failures of some experiments."""
+        return replace(self, off={key: excess for key, excess in self.off.items() if key[0] in experiments})
+
+    def _piece(self, key: Key) -> Piece:
+        return Piece(key[2], KINDS[key[:2]], self.off[key] > 0)

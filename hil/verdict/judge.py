@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from aero.channels import Channel
+from aero.channels import WIRE_ORDER, Channel
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import Experiment, Measuring, reading
@@ -18,18 +18,19 @@ from hil.checks.shared.signals import find_steps, own_stretch
 from hil.checks.shared.subjects import CHANNELS, subject_words
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Header, Recording
+from hil.targets.boot_text import identify
 from hil.targets.target import Target
-from hil.verdict.case import DiagnosisCase, that_show
-from hil.verdict.diagnosis import LEADING, Diagnosis, NextStep, command_again, command_of_case
+from hil.verdict.case import DiagnosisCase, experiments_that_failed
+from hil.verdict.diagnosis import Diagnosis, NextStep, command_again, command_of_case
 from hil.verdict.failures import Failures
 from hil.verdict.findings import Finding, Why, Withheld, failed
 from hil.verdict.firmware_version import reads_as
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.limits import Key, Limit, compare, load_limits
+from hil.verdict.limits import Limit, compare, load_limits
 from hil.verdict.observations import observations
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
-from hil.verdict.suspects import Clue, RunSigns, clues, suspected
+from hil.verdict.suspects import Isolation, RunSigns, isolate
 
 BAD_S = 0.05
 """Scheduling delay of this computer from which a stretch counts as busy, s."""
@@ -138,21 +139,28 @@ class Judge:
         elif not readings and run.end.error is None:
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
         signs = self.signs_of(run)
-        found = clues(signs)
+        found = isolate(signs)
         ran = (*run.results, *(cut.header.experiment for cut in run.end.cut))
-        case = DiagnosisCase(signs.failures, suspected(signs, found), that_show(signs.failures, ran), ran)
-        if not case.suspects:
-            # What ended the run says itself what happened.
+        case = DiagnosisCase(
+            signs.failures,
+            found.strong,
+            found.weak,
+            experiments_that_failed(signs.failures, ran),
+            ran,
+            run.planned or ran,
+        )
+        if not found.group:
+            # The end of the run explains itself.
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
         return _told(run, case, found, folder)
 
     def signs_of(self, run: Validation) -> RunSigns:
         """Return what the rules read of a run; what was not judged is evidence of nothing."""
         numbers = {name: without_withheld(measured, name, run.withheld) for name, measured in run.numbers.items()}
-        return self.signs(numbers, run.end)
+        return replace(self.signs(numbers, run.end), silent=_silent_at_start(run))
 
     def signs(self, numbers: Mapping[str, Measured], end: RunEnd) -> RunSigns:
-        """Return what the rules read of a run, of what was measured and is to be judged."""
+        """Return the input of the rules, from the readings of a run that are to be judged."""
         numbers = {name: measured for name, measured in numbers.items() if not _asks(name)}
         another = reads_as(numbers, self._firmware, guarded=self._guarded)
         return RunSigns(Failures.of(numbers, self.limits, end), end, another)
@@ -232,22 +240,20 @@ def _asks(name: str) -> bool:
     return name in EXPERIMENTS and EXPERIMENTS[name].asks
 
 
-def _told(run: Validation, case: DiagnosisCase, found: Sequence[Clue], folder: Path | None) -> Diagnosis:
-    """Return what is said of a case: its leading suspects, with the clues and findings that speak for them."""
-    bare = Diagnosis(case.suspects)
-    speaking = [clue for clue in found if not clue.weights.keys().isdisjoint(bare.leading)]
-    mainly = [clue for clue in speaking if any(_is_main(clue, suspect) for suspect in bare.leading)]
-    accounted = frozenset[Key]().union(*(clue.accounts_for for clue in speaking))
+def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path | None) -> Diagnosis:
+    """Return the diagnosis of a case: its suspects, with the clues and findings behind them."""
+    bare = Diagnosis(case.remaining)
+    explained = frozenset[str]().union(*(clue.explains for clue in found.clues))
 
     def speaks(finding: Finding) -> bool:
-        return (finding.experiment, finding.check, finding.subject) in accounted or finding == run.end.finding
+        return finding.subject in explained or finding == run.end.finding
 
     off, proposal = failed(run.findings), case.next_step
     ran = sorted(run.results.items(), key=lambda one: one[1].recording.header.started)
     recordings = {name: result.recording for name, result in ran}
     return replace(
         bare,
-        clues=tuple(dict.fromkeys(clue.seen for clue in mainly or speaking)),
+        clues=tuple(clue.seen for clue in found.clues),
         observations=tuple(
             f"{(words := subject_words(channel.label))[0].upper()}{words[1:]}: {seen}"
             for channel in bare.channels
@@ -262,8 +268,10 @@ def _told(run: Validation, case: DiagnosisCase, found: Sequence[Clue], folder: P
     )
 
 
-def _is_main(clue: Clue, suspect: Suspect) -> bool:
-    return clue.weights.get(suspect, 0.0) >= LEADING * max(clue.weights.values())
+def _silent_at_start(run: Validation) -> tuple[Channel, ...]:
+    """Return the channels whose servos did not answer the board when it started, by the boot text that was caught."""
+    texts = [str(one.recording.header.parameters.get("boot_text", "")) for one in run.results.values()]
+    return tuple(sorted({WIRE_ORDER[number] for text in texts for number in identify(text).silent}))
 
 
 def _again(run: Validation) -> NextStep | None:
@@ -276,7 +284,7 @@ def _again(run: Validation) -> NextStep | None:
 def _answered(run: Validation, answers: Sequence[Finding]) -> Diagnosis:
     """Return what a person's answers say, where no reading failed."""
     seen = tuple(channel for channel in Channel if any(finding.subject == channel.label for finding in answers))
-    suspects = {Suspect(Part.DIGIT, channel): 1.0 / len(seen) for channel in seen}
+    suspects = tuple(Suspect(Part.DIGIT, channel) for channel in seen)
     step = NextStep(answers[0].remedy, command_again(run.header) if run.header else "")
     return Diagnosis(suspects, ("it looks other than it should",), evidence=tuple(answers), step=step)
 

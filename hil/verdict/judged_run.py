@@ -44,6 +44,8 @@ class Validation:
     """What the readings of the channels say beside each other; None where nothing compares them."""
     diagnosis: Diagnosis = NOTHING
     """Where something is wrong, and what; empty for a run without failures."""
+    planned: tuple[str, ...] = ()
+    """Experiments that the run was to do; empty when judged from files."""
     left_out: tuple[str, ...] = ()
     """Experiments that the guard permits no hand with this firmware; the verdict is on the others."""
 

@@ -40,7 +40,7 @@ class Plan:
     first: tuple[str, ...]
     """Experiments that show the failure."""
     more: tuple[str, ...]
-    """All of the first run, which follows where the failure is gone in those; empty where they are all."""
+    """All that the first run would have done, which follows if those pass; empty if they are all."""
     homings: int
     homing_s: float
     """Time of one homing, s."""
@@ -51,7 +51,7 @@ class Plan:
     def after(cls, case: DiagnosisCase, step: CaseStep, firmware: str) -> Plan:
         """Return what follows a step of a case on a hand with this firmware."""
         first = case.experiments or AT_LEAST
-        more = case.ran if set(case.ran) - set(first) else ()
+        more = case.planned if set(case.planned) - set(first) else ()
         # A hand that was not moved, because it failed the first gate, is not opened either.
         moved = any(any(EXPERIMENTS[name].furthest) for name in case.ran)
         return cls(first, more, HOMINGS if step.homes else 0, firmware_of(firmware).homing_s, moved)

@@ -1,10 +1,10 @@
-"""The steps of a case, as data: what a person does, and what each outcome says about each part."""
+"""Failure modes, and the steps of a case that tell them apart, from `steps.toml`."""
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
 from importlib import resources
@@ -17,150 +17,164 @@ from hil.verdict.parts import Suspect
 
 
 class StepOutcome(Enum):
-    """What came of a step; the values are for people."""
+    """Outcome of a step; the values are for people."""
 
     GONE = "the failure is gone"
     STAYS = "the failure stays"
+    PARTLY = "part of the failure stays"
     FREED = "the failure is gone, and something was taken away"
     MOVED = "the failure went along"
-    SEEN = "yes"
+    YES = "yes"
+    NO = "no"
+    UNSURE = "not sure"
+    SKIPPED = "not done"
 
 
-BY_CHANCE = 0.015
-"""Likelihood of an outcome that a part has no reason for: a loose plug was touched, a mild fault just passed."""
-SELDOM = 0.005
-"""Likelihood that a failure stays where a step ends it."""
+ENDED = frozenset({StepOutcome.GONE, StepOutcome.FREED})
+"""Outcomes after which the failure is gone."""
+ANSWERS = (StepOutcome.YES, StepOutcome.NO, StepOutcome.UNSURE)
 OF_ONE = (Part.SERVO, Part.DIGIT)
 """Parts that each channel has."""
+BENDS = {
+    Channel.THUMB_ABDUCTION: "Swing the thumb by hand away from the palm and back.",
+    Channel.THUMB_CMC_FLEXION: "Bend the thumb by hand at its base, over the palm and back.",
+    Channel.THUMB_FLEXOR: "Bend the tip of the thumb by hand and let it go.",
+}
+"""Motion by hand of a channel that has no neighbour like it."""
 
 
 @dataclass(frozen=True)
-class Way:
-    """One way in which a part may be at fault, by what ends or shows it."""
+class FailureMode:
+    """One way in which a part fails, by what shows or ends it: a row of `modes`."""
 
+    name: str
     part: Part
-    name: str = ""
-    """Empty for a part that has one way."""
+    action: str
+    """Action of the owner once it is shown."""
+    reset: bool = False
+    """Whether it is state that a step has put right."""
+    of_hand: bool = False
+    """Whether it concerns no single digit."""
+    unplaced: bool = False
+    """Whether it is that of a servo whose channel is not known."""
+
+
+Candidate = tuple[FailureMode, Channel | None]
+"""A failure mode and its channel; None for a part that the hand has once."""
 
 
 @dataclass(frozen=True)
 class CaseStep:
-    """A row of `steps.toml`."""
+    """A row of `steps`."""
 
     name: str
     do: str
-    """What the person does, a text for `str.format` with `{where}` and `{beside}`; a question where it asks."""
+    """Text for `str.format` with `{where}`, `{beside}` and `{bend}`; a question if it asks."""
     minutes: float
-    """Of the person's time."""
-    likely: Mapping[Way, Mapping[StepOutcome, float]]
-    """By the way of being at fault, how likely each outcome is; the rest is `STAYS`."""
-    convicts: Mapping[StepOutcome, tuple[Part, ...]]
-    """The parts of which an outcome proves the likelier."""
+    """Time of the person."""
+    convicts: Mapping[StepOutcome, frozenset[str]] = field(default_factory=dict)
+    """Modes that an outcome shows."""
+    clears: Mapping[StepOutcome, frozenset[str]] = field(default_factory=dict)
+    """Modes that an outcome rules out."""
     tool: str = ""
+    after: tuple[str, ...] = ()
+    """Steps that come first, if they tell anything."""
+    asks: bool = False
+    """Whether the person answers with yes, no or not sure; otherwise the failed experiments run again."""
     homes: bool = False
     """Whether the program homes the hand after it."""
     frees: bool = False
     """Whether the person takes away what touches the hand, and says whether there was something."""
     restores: bool = False
     """Whether the person puts all back as it was, so that the failure is there again."""
-    after_homing: bool = False
-    """Whether homing alone must have changed nothing before, where that may mend a suspect."""
-
-    @property
-    def asks(self) -> bool:
-        """Whether the person answers."""
-        return any(StepOutcome.SEEN in of for of in self.likely.values())
+    resets: str = ""
+    """State that it puts right, for people."""
 
     @property
     def runs(self) -> bool:
-        """Whether what shows the failure is run, where the person has seen nothing."""
-        return any(of.keys() != {StepOutcome.SEEN} for of in self.likely.values())
+        """Whether the failed experiments run again after it."""
+        return not self.asks
 
     @property
     def of_one_channel(self) -> bool:
-        """Whether it is done at one channel, beside another."""
-        return "{where}" in self.do
+        """Whether it is done at one channel."""
+        return "{where}" in self.do or "{bend}" in self.do
 
     @property
     def outcomes(self) -> tuple[StepOutcome, ...]:
-        """What may come of it."""
-        named = {outcome for of in self.likely.values() for outcome in of}
-        return tuple(outcome for outcome in StepOutcome if outcome in named or outcome is StepOutcome.STAYS)
+        """Possible outcomes."""
+        if self.asks:
+            return (*ANSWERS, StepOutcome.SKIPPED)
+        told = {*self.convicts, StepOutcome.GONE, StepOutcome.STAYS, StepOutcome.PARTLY, StepOutcome.SKIPPED}
+        return tuple(outcome for outcome in StepOutcome if outcome in told)
 
-    def likelihood(
-        self, outcome: StepOutcome, way: Way, channel: Channel | None, at: Channel | None, chance: float = BY_CHANCE
-    ) -> float:
-        """Return how likely an outcome is where a part of a channel is at fault and the step is done at another.
+    def shows(self, candidate: Candidate, outcome: StepOutcome, at: Channel | None) -> bool:
+        """Return whether an outcome of the step, done at a channel, shows a candidate."""
+        mode, channel = candidate
+        return mode.name in self.convicts.get(outcome, ()) and (channel is None or at in (None, channel))
 
-        `chance` is how likely the failure is gone without a reason.
-        """
-        elsewhere = self.of_one_channel and channel is not None and channel is not at
-        of = {} if elsewhere else self.likely.get(way, {})
-        named = [one for one in self.outcomes if one is not StepOutcome.STAYS]
-        likely: dict[StepOutcome, float] = {
-            one: max(of.get(one, 0.0), chance if one is StepOutcome.GONE else BY_CHANCE) for one in named
-        }
-        likely[StepOutcome.STAYS] = max(SELDOM, 1.0 - sum(likely.values()))
-        return likely[outcome] / sum(likely.values())
+    def leaves(self, candidate: Candidate, outcome: StepOutcome, at: Channel | None) -> bool:
+        """Return whether a candidate is possible after an outcome."""
+        mode, channel = candidate
+        if outcome in self.convicts and outcome is not StepOutcome.STAYS:
+            return self.shows(candidate, outcome, at)
+        here = channel is None or not self.of_one_channel or channel is at
+        return not (here and mode.name in self.clears.get(outcome, ()))
 
-    def convicted(self, outcome: StepOutcome, at: Channel | None) -> tuple[Suspect, ...]:
-        """Return the suspects of which an outcome proves the likelier at a channel."""
-        return tuple(Suspect(part, at if part in OF_ONE else None) for part in self.convicts.get(outcome, ()))
+    def tests(self, candidate: Candidate) -> bool:
+        """Return whether some outcome would rule a candidate out."""
+        return any(candidate[0].name in named for named in self.clears.values())
 
     def text(self, at: Channel | None, beside: Channel | None) -> str:
-        """Return what the person does at a channel."""
-        words = {
-            name: "" if one is None else subject_words(one.label) for name, one in (("where", at), ("beside", beside))
-        }
-        return self.do.format(**words)
+        """Return the text for a channel."""
+        where, other = ("" if one is None else subject_words(one.label) for one in (at, beside))
+        bend = "" if at is None else BENDS.get(at, f"Bend the {where} by hand, then the {other}.")
+        return self.do.format(where=where, beside=other, bend=bend)
 
 
 @cache
-def ways() -> Mapping[Part, Mapping[Way, float]]:
-    """Return the ways of each part, and how often each is its."""
-    shares = {Part[part.upper()]: of for part, of in _table()["ways"].items()}
-    return {part: {Way(part, name): share for name, share in shares.get(part, {"": 1.0}).items()} for part in Part}
+def modes() -> Mapping[str, FailureMode]:
+    """Return the failure modes by name."""
+    return {name: FailureMode(name, Part[row.pop("part").upper()], **row) for name, row in _table()["modes"].items()}
 
 
 @cache
 def steps() -> Mapping[str, CaseStep]:
     """Return the steps by name."""
-    return {
-        name: CaseStep(
-            name,
-            row["do"],
-            row["minutes"],
-            {
-                way: {StepOutcome[outcome.upper()]: share for outcome, share in of.items()}
-                for words, of in row["likely"].items()
-                for way in _named(words)
-            },
-            {
-                StepOutcome[outcome.upper()]: tuple(Part[part.upper()] for part in parts)
-                for outcome, parts in row["convicts"].items()
-            },
-            row.get("tool", ""),
-            row.get("homes", False),
-            row.get("frees", False),
-            row.get("restores", False),
-            row.get("after_homing", False),
-        )
-        for name, row in _table()["steps"].items()
+    return {name: _step(name, row) for name, row in _table()["steps"].items()}
+
+
+def candidates(suspects: Iterable[Suspect]) -> tuple[Candidate, ...]:
+    """Return the failure modes of suspects; of a single digit, those that concern the hand are left out."""
+    suspects = tuple(suspects)
+    placed = any(suspect.channel is not None for suspect in suspects)
+    return tuple(
+        (mode, suspect.channel)
+        for suspect in suspects
+        for mode in modes().values()
+        if mode.part is suspect.part
+        and not (mode.of_hand and placed)
+        and mode.unplaced == (suspect.part in OF_ONE and suspect.channel is None)
+    )
+
+
+def neighbour(channel: Channel, spared: frozenset[Channel] = frozenset()) -> Channel:
+    """Return the nearest finger to exchange a channel with, one that does not fail itself if there is one."""
+    # All servos are alike; a finger's digit shows most of the faults of a servo.
+    free = [one for one in FINGERS if one is not channel and one not in spared]
+    return min(free or [one for one in FINGERS if one is not channel], key=lambda one: abs(one - channel))
+
+
+def _step(name: str, row: dict[str, Any]) -> CaseStep:
+    told: dict[str, Any] = {
+        key: {StepOutcome[outcome.upper()]: frozenset(named) for outcome, named in row.pop(key, {}).items()}
+        for key in ("convicts", "clears")
     }
-
-
-def _named(words: str) -> Iterable[Way]:
-    """Return the ways that `part` or `part-way` names."""
-    part, _, name = words.partition("-")
-    return [way for way in ways()[Part[part.upper()]] if name in ("", way.name)]
+    unknown = {mode for of in told.values() for named in of.values() for mode in named} - modes().keys()
+    if unknown:
+        raise ValueError(f"step {name} names the unknown modes {sorted(unknown)}")
+    return CaseStep(name, row.pop("do"), row.pop("minutes"), **told, after=tuple(row.pop("after", ())), **row)
 
 
 def _table() -> dict[str, Any]:
     return tomllib.loads((resources.files("hil") / "data" / "steps.toml").read_text(encoding="utf-8"))
-
-
-def neighbour(channel: Channel, spared: frozenset[Channel] = frozenset()) -> Channel:
-    """Return the nearest finger that a channel is exchanged with, none of those that fail themselves if one is left."""
-    # All servos are alike; a finger's digit shows most of what a servo may have.
-    free = [one for one in FINGERS if one is not channel and one not in spared]
-    return min(free or [one for one in FINGERS if one is not channel], key=lambda one: abs(one - channel))

@@ -78,7 +78,9 @@ def validate(
     def so_far(end: RunEnd = FINISHED) -> Validation:
         measured = {name: result.measured for name, result in results.items()}
         worse = () if before is None else regressions(before, measured)
-        return Validation(dict(results), end, time.perf_counter() - start, worse, left_out=left_out)
+        return Validation(
+            dict(results), end, time.perf_counter() - start, worse, planned=tuple(chosen), left_out=left_out
+        )
 
     def recorder(name: str) -> Recorder:
         return Recorder(target, name, None if folder is None else folder / f"{name}.mcap")

@@ -48,7 +48,7 @@ def test_a_mistake_for_which_the_guard_stops_is_the_drivers(name, monkeypatch):
     with open_target(unit="reference", guarded=True) as target:
         done = validate(target, GENTLE)
     assert done.end.kind is EndKind.STOPPED
-    assert done.diagnosis.leading == (Suspect(Part.DRIVER),)
+    assert done.diagnosis.suspects == (Suspect(Part.DRIVER),)
 
 
 def test_a_good_driver_whose_hand_the_guard_stops_is_not_blamed():

@@ -48,8 +48,10 @@ class Owner:
     def ask(self, question):
         if not isinstance(question, Choice):
             return ""
-        if any(option.label == "yes" for option in question.options):
-            return sees(self._seen)
+        answers = {option.label: option.answer for option in question.options}
+        if "yes" in answers:
+            seen = self._seen if "cable" in question.text else re.sub("its cable[^;]*", "nothing differs", self._seen)
+            return answers["yes" if sees(seen) else "no"]
         return question.options[0].answer
 
     def show(self, case):
@@ -98,14 +100,14 @@ class Played:
     shown: tuple[object, ...] = ()
 
     @property
-    def convicted(self) -> Suspect | None:
-        """The part that the owner is told."""
-        return Suspect(Part.COMPUTER) if self.busy else None if self.case is None else self.case.convicted
+    def told(self) -> tuple[Suspect, ...]:
+        """The part that the owner is told, or the parts whose state was reset."""
+        return (Suspect(Part.COMPUTER),) if self.busy else () if self.case is None else self.case.told
 
     @property
     def gone(self) -> bool:
         """Whether the failure is gone, with nobody convicted."""
-        return self.case is not None and self.case.gone and self.convicted is None
+        return self.case is not None and self.case.gone and not self.told
 
     @property
     def minutes(self) -> float:

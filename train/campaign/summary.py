@@ -10,11 +10,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from hil.checks import ALIKE, Measured
 from hil.faults import CATALOGUE, Injection, parse_fault
-from hil.verdict.diagnosis import Diagnosis
 from hil.verdict.judge import Judge
 from hil.verdict.limits import Key, excesses, load_limits, within_limits
 from hil.verdict.run_end import FINISHED
-from hil.verdict.suspects import clues, suspected
+from hil.verdict.suspects import isolate
 from train.campaign.trial import Outcome, written
 from train.share import Share
 
@@ -62,7 +61,7 @@ def told(outcome: Outcome) -> tuple[str, ...]:
         return outcome.suspects
     judge = Judge(trial.firmware, guarded=trial.guarded)
     signs = judge.signs(_numbers(outcome), FINISHED)
-    return tuple(map(written, Diagnosis(suspected(signs, clues(signs))).leading))
+    return tuple(sorted(map(written, isolate(signs).group)))
 
 
 def right_part(fault: Injection, suspects: Collection[str]) -> bool:

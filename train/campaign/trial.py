@@ -147,7 +147,7 @@ def perform(trial: Trial) -> Outcome:
         time.perf_counter() - began,
         done.hand_seconds,
         source_commit(),
-        tuple(map(written, done.diagnosis.leading)),
+        tuple(map(written, done.diagnosis.suspects)),
     )
 
 

@@ -58,7 +58,7 @@ class EvidenceKind(Enum):
     JUMP = "jump"
     """Overshoot of a motion."""
     TIME = "time"
-    """Delay of a motion after its command, which no load lengthens."""
+    """Delay and shape of a fast motion, which no static load changes."""
     LINK_TIME = "link_time"
     """Delay or period of the replies."""
     STALE = "stale"

@@ -23,7 +23,14 @@ from hil.verdict.steps import StepOutcome, steps
 BY_HELP = "n\n\n" * 40
 """No to each question, and Enter to let each step be done."""
 SETUP = StoredCase(
-    DiagnosisCase(Failures({("presence", "round_trip", "hand"): 9.0}), {Suspect(Part.SETUP): 0.9}, ("presence",)),
+    DiagnosisCase(
+        Failures({("presence", "round_trip", "hand"): 9.0, ("presence", "idle_current", "ring"): 3.0}),
+        frozenset({Suspect(Part.SETUP)}),
+        frozenset(),
+        ("presence",),
+        ("presence",),
+        ("presence",),
+    ),
     HandOfCase("0.2.0", "right"),
 )
 
@@ -107,4 +114,4 @@ def test_a_hand_on_a_port_is_not_emulated(tmp_path):
 
 
 def test_every_step_can_be_done_for_a_newcomer():
-    assert ACTS.keys() == steps().keys()
+    assert ACTS.keys() == {name for name, step in steps().items() if step.runs}

@@ -9,7 +9,7 @@ from aero.protocol import Opcode
 from hil.faults import CATALOGUE, FaultNeverFiredError, parse_fault
 from hil.targets.opening import open_target
 from hil.verdict.case import DiagnosisCase, Proposal
-from hil.verdict.failures import FAR, Failures
+from hil.verdict.failures import Failures
 from hil.verdict.rerun import rerun
 from hil.verdict.steps import StepOutcome, steps
 from hil.verdict.validation import validate
@@ -55,8 +55,8 @@ def test_gone_is_what_the_whole_first_run_does_not_show(ran, expected):
     """A cable that frayed with time passed the shorter run, and homing was believed to have mended it."""
     with open_target(homed=True, faults=[parse_fault("motor_dead:ring")]) as target:
         case = validate(target, GENTLE).diagnosis.case
-        failed = Failures({("presence", "round_trip", "hand"): FAR, **case.before.off})
-        outcome, _ = rerun(target, replace(case, before=failed, experiments=("presence",), ran=ran), AGAIN)
+        failed = Failures({("presence", "round_trip", "hand"): 99.0, **case.before.off})
+        outcome, _ = rerun(target, replace(case, before=failed, experiments=("presence",), planned=ran), AGAIN)
     assert outcome is expected
 
 
@@ -88,7 +88,7 @@ def test_a_hand_that_was_not_moved_is_not_opened_and_one_that_homes_does_so_twic
     failed = Failures({("presence", "distinct_readings", "hand"): -3.0})
     with open_target(homed=True) as target:
         mark = target.wire.mark()
-        rerun(target, DiagnosisCase(failed, {}, ("presence",), ran), Proposal(steps()[step]))
+        rerun(target, DiagnosisCase(failed, frozenset(), frozenset(), ("presence",), ran, ran), Proposal(steps()[step]))
         sent = [one.data[0] for one in target.wire.since(mark, 0.0) if one.direction == "to_hand"]
     until_presence = sent[: sent.index(Opcode.GET_POS)]
     assert until_presence.count(Opcode.HOMING) == homings

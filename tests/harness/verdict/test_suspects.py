@@ -1,4 +1,4 @@
-"""Each rule by its name: what fails, and which suspects lead."""
+"""From the evidence of a run to its suspects."""
 
 import math
 
@@ -10,22 +10,13 @@ from aero.channels import FINGERS, Channel
 from aero.errors import LinkTimeoutError
 from aero.safety import SafetyReason, SafetyStopError
 from hil.checks import JUDGED
-from hil.verdict.diagnosis import Diagnosis
-from hil.verdict.failures import Failures
+from hil.checks.shared.declaration import EvidenceKind
+from hil.verdict.failures import KINDS, Failures
 from hil.verdict.judge import Judge
 from hil.verdict.limits import load_limits
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
-from hil.verdict.suspects import (
-    CURRENTS,
-    FALSIFIED,
-    OF_OLD_TELEMETRY,
-    SENSORS,
-    TORQUE,
-    RunSigns,
-    clues,
-    suspected,
-)
+from hil.verdict.suspects import RunSigns, isolate
 
 ALL = tuple(finger.label for finger in FINGERS)
 
@@ -43,13 +34,12 @@ def failures(**checks):
     return Failures(found)
 
 
-def suspects(end=FINISHED, **checks):
-    signs = RunSigns(failures(**checks), end)
-    return suspected(signs, clues(signs))
+def isolated(end=FINISHED, **checks):
+    return isolate(RunSigns(failures(**checks), end))
 
 
-def leading(end=FINISHED, **checks):
-    return Diagnosis(suspects(end, **checks)).leading
+def of(channel, *parts):
+    return {Suspect(part, channel) for part in parts}
 
 
 def all_of(excess, labels=ALL):
@@ -64,7 +54,7 @@ OF_THE_WHOLE = {
     "restart": ({"session__restarts": 3, "session__lost_replies": 3}, FINISHED, Part.BOARD),
     "bytes": ({"session__lost_replies": 3, "replay__replay_shape": all_of(4)}, FINISHED, Part.USB),
     "replies misread on a bad link": (
-        {"session__stray_bytes": 3, "driver__read_currents": all_of(3)}, FINISHED, Part.USB,
+        {"session__stray_bytes": 3, "driver__read_wrong": all_of(3)}, FINISHED, Part.USB,
     ),
     "port gone": ({}, GONE, Part.USB),
     "silent": ({}, SILENT, Part.BOARD),
@@ -79,64 +69,71 @@ OF_THE_WHOLE = {
 @pytest.mark.parametrize("name", OF_THE_WHOLE)
 def test_what_the_whole_hand_shares_leads_to_no_channel(name):
     checks, end, part = OF_THE_WHOLE[name]
-    first = leading(end, **checks)
-    assert Suspect(part) in first
-    assert all(suspect.channel is None for suspect in first)
+    found = isolated(end, **checks)
+    assert Suspect(part) in found.strong
+    assert all(suspect.channel is None for suspect in found.strong)
 
 
-def test_one_channel_leaves_its_servo_and_its_digit():
-    assert set(leading(staircase__friction=4)) == {Suspect(part, Channel.RING) for part in (Part.SERVO, Part.DIGIT)}
-
-
-def test_a_channel_that_stops_early_and_pulls_at_nothing_leads_to_its_servo():
-    """An angle limit was left in its registers; what is held pulls."""
-    assert leading(excursion__fist_travel=-90, staircase__tracking_rms=9)[0] == Suspect(Part.SERVO, Channel.RING)
-    held = leading(excursion__fist_travel=-90, staircase__tracking_rms=9, staircase__spring_shape=40)
-    assert Suspect(Part.DIGIT, Channel.RING) in held
+def test_one_channel_leaves_its_servo_its_digit_and_the_set_up():
+    found = isolated(staircase__friction=4)
+    assert found.strong == of(Channel.RING, Part.SERVO, Part.DIGIT) | {Suspect(Part.SETUP)}
 
 
 def test_abduction_is_suspected_where_cmc_flexion_goes_further_than_it_lets_it():
-    off = {"thumb_abduction": -1.2, "thumb_cmc_flexion": -13.8}
-    first = leading(excursion__stop_current=off, excursion__closed_percent={"thumb_cmc_flexion": 15.0})
-    assert {suspect.channel for suspect in first} == {Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION}
+    found = isolated(excursion__closed_percent={"thumb_cmc_flexion": 15.0})
+    assert {one.channel for one in found.strong} == {Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, None}
 
 
 def test_a_reading_that_a_servo_makes_by_itself_leads_to_it():
-    assert leading(staircase__resolution=4) == (Suspect(Part.SERVO, Channel.RING),)
+    assert isolated(staircase__resolution=4).strong == of(Channel.RING, Part.SERVO)
 
 
-def test_a_hand_reading_a_little_off_does_not_win_over_fifty_of_a_channel():
+def test_what_is_off_in_fast_motion_alone_is_hardly_mechanical():
+    found = isolated(replay__replay_delay=13, replay__replay_shape=2)
+    assert found.strong == of(Channel.RING, Part.SERVO) | {Suspect(Part.BUS), Suspect(Part.BOARD)}
+
+
+def test_a_hand_reading_that_is_off_too_does_not_win_over_a_channel():
     """A bottle in the hand: one reading of the hand of 0.503 where 0.5 is the most made a USB cable of it."""
-    first = leading(
-        response__command_to_motion=1.01, excursion__closed_percent=-30, staircase__spring=9, audit__followed=-9
-    )
-    assert all(suspect.channel is Channel.RING for suspect in first)
+    found = isolated(response__command_to_motion=1.01, excursion__closed_percent=-30, staircase__spring=9)
+    assert {Suspect(Part.DIGIT, Channel.RING), Suspect(Part.SETUP)} <= found.strong
+    assert Suspect(Part.USB) not in found.strong
 
 
-EXCHANGED = {"ring": -90, "middle": -90}
+def test_the_channel_with_more_kinds_of_evidence_is_suspected():
+    found = isolated(audit__followed={"ring": -9, "index": -2}, staircase__spring=2)
+    assert {one.channel for one in found.strong} == {Channel.RING, None}
+    assert Suspect(Part.SERVO, Channel.INDEX) in found.weak
 
 
-@pytest.mark.parametrize("moved", [{}, {"audit__others_moved": {"ring": 9, "middle": 9}}])
-def test_two_channels_that_fail_together_share_a_cause(moved):
-    first = leading(audit__followed=EXCHANGED, **moved)
-    assert {Suspect(Part.DIGIT, Channel.MIDDLE), Suspect(Part.BOARD)} <= set(first)
+def test_two_fingers_alike_share_a_supply_a_set_up_or_an_exchange():
+    """A supply too weak for a fist stopped two fingers, and 19 minutes of steps ended with a digit and a servo."""
+    found = isolated(excursion__closed_percent={"ring": -9, "middle": -9}, excursion__fist_travel={"ring": -3})
+    shared = set(map(Suspect, (Part.SUPPLY, Part.SETUP, Part.BOARD)))
+    assert shared | of(Channel.RING, Part.DIGIT) | of(Channel.MIDDLE, Part.DIGIT) <= found.strong
 
 
-def test_currents_alone_of_several_channels_lead_to_the_board():
-    """Half the current scale was told as two weak motors."""
-    low = {"thumb_flexor": -7.5, "thumb_cmc_flexion": -7.4}
-    assert leading(excursion__stop_current=low) == (Suspect(Part.BOARD),)
-    assert Suspect(Part.BOARD) not in leading(excursion__stop_current=low, audit__followed={"thumb_flexor": -9.0})
+def test_an_encoder_that_moves_with_another_command_leads_to_both_servos():
+    found = isolated(audit__followed=-90, audit__others_moved={"pinky": 32})
+    assert of(Channel.RING, Part.SERVO) | of(Channel.PINKY, Part.SERVO) | {Suspect(Part.BOARD)} <= found.strong
 
 
-def test_old_readings_that_come_in_time_lead_to_a_loop_of_the_board_too():
-    assert Suspect(Part.BOARD) in leading(response__telemetry_period=10.9)
-    assert Suspect(Part.BOARD) not in leading(presence__round_trip=3, response__telemetry_period=10.9)
+@pytest.mark.parametrize(
+    ("reason", "strong"),
+    [
+        (SafetyReason.STRAY, of(Channel.INDEX, Part.SERVO, Part.DIGIT) | {Suspect(Part.SETUP)}),
+        (SafetyReason.TEMPERATURE, of(Channel.INDEX, Part.SERVO)),
+        (SafetyReason.CURRENT, of(Channel.INDEX, Part.SERVO, Part.DIGIT) | {Suspect(Part.SETUP)}),
+    ],
+)
+def test_a_guard_stop_is_evidence_of_the_channel_that_it_names(reason, strong):
+    end = RunEnd(EndKind.STOPPED, error=SafetyStopError("", reason, Channel.INDEX))
+    assert isolate(RunSigns(Failures.of({}, (), end), end)).strong == strong
 
 
-def test_a_current_that_flows_the_other_way_leads_to_a_sign_of_the_board_too():
-    assert Suspect(Part.BOARD) in leading(audit__pull=-14.1, staircase__friction=-16.5)
-    assert Suspect(Part.BOARD) not in leading(audit__pull=-3.1, staircase__friction=-7.2)
+def test_a_servo_that_the_boot_text_names_is_suspected_on_its_channel():
+    found = isolate(RunSigns(failures(presence__distinct_readings=-3), FINISHED, silent=(Channel.RING,)))
+    assert found.strong == of(Channel.RING, Part.SERVO) | {Suspect(Part.BUS)}
 
 
 KEYS = sorted(
@@ -148,13 +145,28 @@ KEYS = sorted(
 )
 
 
-@given(st.dictionaries(st.sampled_from(KEYS), st.floats(1.1, 90.0) | st.floats(-90.0, -1.1), max_size=12))
-def test_suspects_sum_to_one_and_every_failure_is_some_rules(off):
-    signs = RunSigns(Failures(off), FINISHED)
-    found = clues(signs)
-    likely = suspected(signs, found)
-    assert not likely or math.isclose(sum(likely.values()), 1.0)
-    assert all(clue.accounts_for <= off.keys() for clue in found)
+EXCESS = st.floats(1.1, 90.0) | st.floats(-90.0, -1.1)
+OFF = st.dictionaries(st.sampled_from(KEYS), EXCESS, min_size=1, max_size=12)
+
+
+@given(OFF)
+def test_every_failure_leaves_suspects_and_none_is_strong_and_weak(off):
+    found = isolate(RunSigns(Failures(off), FINISHED))
+    judged = {kind for key in off if (kind := KINDS[key[:2]]) is not EvidenceKind.SEEN}
+    assert found.group or not judged
+    assert found.strong.isdisjoint(found.weak)
+    assert all(clue.strong <= found.strong for clue in found.clues)
+
+
+@given(OFF, st.data())
+def test_one_metric_more_of_the_same_cause_leaves_the_same_suspects(off, data):
+    """A hot servo was 0.85 of all suspicion, and 0.68 with one more metric of its heat."""
+    key = data.draw(st.sampled_from(sorted(off)))
+    alike = [one for one in KEYS if KINDS[one[:2]] is KINDS[key[:2]] and one[2] == key[2] and one not in off]
+    if not alike:
+        return
+    more = {data.draw(st.sampled_from(alike)): off[key]}
+    assert isolate(RunSigns(Failures(off | more), FINISHED)) == isolate(RunSigns(Failures(off), FINISHED))
 
 
 def test_what_is_not_measurable_accuses_nobody():
@@ -162,9 +174,3 @@ def test_what_is_not_measurable_accuses_nobody():
     failed = Failures.of(measured, load_limits("0.2.0"))
     assert not failed.off
     assert Judge("0.2.0", guarded=False).signs(measured, FINISHED).failures == failed
-
-
-def test_every_check_that_a_rule_names_is_judged():
-    """A metric that is renamed or dropped is noticed here."""
-    judged = {f"{experiment}/{metric}" for experiment, metric, _ in KEYS}
-    assert {*CURRENTS, *FALSIFIED, *OF_OLD_TELEMETRY, *TORQUE, *SENSORS} <= judged
