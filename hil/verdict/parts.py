@@ -12,6 +12,10 @@ from hil.faults.fault import Part
 __all__ = ["Part", "Suspect", "listed", "place"]
 
 
+FEW = 4
+"""Places that a heading names one by one."""
+
+
 @dataclass(frozen=True)
 class Suspect:
     """A part that may be at fault."""
@@ -37,4 +41,6 @@ def place(suspects: Iterable[Suspect]) -> str:
     """Return where suspects are, for a heading: a digit where both its servo and itself are among them."""
     words = (s.part.value if s.channel is None else subject_words(s.channel.label) for s in suspects)
     found = tuple(dict.fromkeys(words))
+    if len(found) > FEW:
+        return "parts that all digits share"
     return listed(found) if found else ""

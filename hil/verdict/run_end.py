@@ -47,7 +47,7 @@ class EndKind(Enum):
         "run to its end",
         "the guard",
         "{reason}",
-        "Mend this first; what comes after it was not run.",
+        "Go on with the next step; what comes after {at} was not run.",
     )
     """The guard stopped the hand."""
     LINK = (
@@ -56,7 +56,7 @@ class EndKind(Enum):
         "run to its end",
         "the driver",
         "{reason}",
-        "Mend this first; what comes after it was not run.",
+        "Go on with the next step; what comes after {at} was not run.",
     )
     """Driver or link ended an experiment with an error."""
     FIRMWARE = (
