@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import json
+from dataclasses import asdict, dataclass, replace
+from enum import Enum
 from hashlib import sha256
 from math import exp, inf
 
@@ -234,8 +236,9 @@ class Recipe:
 
     @property
     def fingerprint(self) -> str:
-        """SHA-256 of everything in it, so that a policy tells which recipe made it."""
-        return sha256(repr(self).encode()).hexdigest()
+        """SHA-256 of the recipe's values as canonical JSON, without the names of its classes."""
+        values = json.dumps(asdict(self), sort_keys=True, separators=(",", ":"), default=_plain)
+        return sha256(values.encode()).hexdigest()
 
     @property
     def steps(self) -> int:
@@ -247,6 +250,14 @@ class Recipe:
         batch = self.environments * max(stage.unroll for stage in self.stages)
         stages = tuple(replace(stage, steps=round(stage.steps * steps / self.steps)) for stage in self.stages)
         return replace(self, stages=stages, checkpoint_steps=max(batch, min(self.checkpoint_steps, steps // 10)))
+
+
+def _plain(value: object) -> object:
+    """Return an array, a NumPy scalar or a member of an enum as JSON has it."""
+    if isinstance(value, Enum):
+        return value.name
+    assert isinstance(value, np.ndarray | np.generic), type(value)
+    return value.tolist()
 
 
 PAPER = Recipe("paper", Task(), (TrainingStage("paper", 10_000_000),))
