@@ -17,6 +17,7 @@ from aero.clock import Clock, WallClock, positive_s
 from aero.errors import DesyncError, EchoError, LinkTimeoutError, NoTelemetryError, RefusedError
 from aero.link import HostLink
 from aero.link_state import Content
+from aero.overdue import LATE_S
 from aero.protocol import Centred, Opcode, Reply, Trimmed
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
@@ -99,9 +100,9 @@ class AeroHand(LinkedHand):
     each call is one exchange under a lock.
     """
 
-    def __init__(self, transport: Transport, clock: Clock) -> None:
-        """Wrap an open transport; `clock` tells the time and is waited on."""
-        super().__init__(HostLink(transport, clock), clock)
+    def __init__(self, transport: Transport, clock: Clock, longest_s: float = LATE_S) -> None:
+        """Wrap an open transport; `clock` tells the time and is waited on; a reading lasts `longest_s` (s) at most."""
+        super().__init__(HostLink(transport, clock, longest_s), clock)
         self._telemetry_seen_at_restart: int | None = None
 
     @classmethod

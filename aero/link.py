@@ -11,7 +11,7 @@ from aero.channels import Channel
 from aero.clock import Clock, Deadline
 from aero.errors import AeroError, DesyncError, LinkTimeoutError
 from aero.link_state import AFTER, MAY_LEAVE, REASON, Content, LinkEvent, State
-from aero.overdue import Overdue
+from aero.overdue import LATE_S, Overdue
 from aero.protocol import (
     FRAME_SIZE,
     PADDING,
@@ -35,7 +35,8 @@ _SEARCHES = 2
 REPLY_TIMEOUT_S = 0.1
 """Time for one reply, s, before it is looked whether it is late or lost; a healthy board needs 1..10 ms."""
 PATIENCE_S = 1.0
-"""Time for a request that may be repeated, s: a busy machine may be late by 0.9 s, and a late reply is not lost."""
+"""Time for a request that may be repeated, s: a busy machine may be late by 0.9 s, and a late reply is not lost. A
+query of a link that has just answered gets `LATE_S`, unless the program needs to know earlier."""
 AGAIN = 1.5
 """Time from one query of a kind to the next while a link is silent, time-outs: what answers late is not flooded."""
 TOGETHER_S = 0.04
@@ -61,9 +62,12 @@ class HostLink:
     `aero.link_state`.
     """
 
-    def __init__(self, transport: Transport, clock: Clock) -> None:
+    def __init__(self, transport: Transport, clock: Clock, longest_s: float = LATE_S) -> None:
+        """Wrap an open transport; a reading lasts at most `longest_s` (s), 1 s after one that failed."""
         self.name = transport.name
         """What a person calls this link."""
+        self._longest_s = longest_s
+        self._alive = False
         self._transport = transport
         self._clock = clock
         self._lock = threading.RLock()  # reentrant: a signal handler may close the hand in the middle of an exchange
@@ -88,6 +92,11 @@ class HostLink:
         """The last 4096 characters that the board printed at its starts; empty if it has not started meanwhile."""
         return self._text.decode("utf-8", errors="replace")
 
+    @property
+    def holds_back(self) -> bool:
+        """Whether the replies to the present call may be held back: nothing has come, or the link is known for it."""
+        return not self._stray and (not self._alive or self._overdue.one_at_a_time)
+
     def send(self, frame: bytes, content: Content = Content.FRAME) -> None:
         """Send a frame that the board does not answer.
 
@@ -105,9 +114,10 @@ class HostLink:
     def ask(self, frame: bytes, once_s: float | None = None) -> Answer:
         """Send a request and return its reply, which is never that of an earlier request.
 
-        A reply that is late is waited for, and one that is lost or disturbed is asked for again, for `PATIENCE_S`.
-        Which of the two it is shows in a query of another kind, sent after `REPLY_TIMEOUT_S`, because replies come in
-        the order of their requests, `aero.overdue`. Where a reply may be an older one that others have overtaken, the
+        A reply that is late is waited for, and one that is lost or disturbed is asked for again, for `PATIENCE_S`; for
+        `LATE_S` where a reading meets silence after an exchange that went well. Whether it is late or lost shows in a
+        query of another kind, sent after `REPLY_TIMEOUT_S`, because replies come in the order of their requests,
+        `aero.overdue`. Where a reply may be an older one that others have overtaken, the
         request is made twice, with a query of another kind behind it: two equal replies are taken, and two other ones
         if that to the query comes right behind them.
 
@@ -123,10 +133,11 @@ class HostLink:
         opcode = Opcode(frame[0])
         with self._lock:
             timeout_s, within_s = (REPLY_TIMEOUT_S, PATIENCE_S) if once_s is None else (once_s, once_s)
-            deadline = Deadline.after(self._clock, within_s)
+            may_be_held = once_s is None and self._alive and opcode in READINGS
             if not self._overdue:
                 self._drop_stale_input()
-            self._stray = b""
+            self._stray, self._alive = b"", False
+            deadline = _Patience(self, within_s, self._longest_s if may_be_held else within_s)
             known = self._outlast(opcode, timeout_s, deadline)
             while known:
                 doubtful = once_s is None and self._overdue.may_be_older(opcode, self._clock.now())
@@ -153,6 +164,7 @@ class HostLink:
                 if once_s is not None or deadline.expired:
                     break
                 _LOG.info("%s: no usable reply to %s, asked again", self.name, opcode.name)
+                known = self._outlast(opcode, timeout_s, deadline)
             raise self._no_reply(opcode, within_s)
 
     def resynchronise(self) -> int:
@@ -204,8 +216,11 @@ class HostLink:
 
     def _answers_now(self) -> bool:
         """Return whether the board answers a query that it is sent now, and not only earlier ones late."""
-        query = Opcode.GET_TEMP
-        unsettled = 1 + self._overdue.count(query, self._clock.now() - PATIENCE_S)
+        old = {query: self._overdue.count(query, self._clock.now() - LATE_S) for query in READINGS}
+        query = min((Opcode.GET_TEMP, Opcode.GET_VEL, Opcode.GET_CURR), key=lambda query: old[query])
+        unsettled = 1 + old[query]
+        if unsettled > FRAME_SIZE:
+            return False  # too many may still be answered; each search adds as many
         for _ in range(unsettled):
             self._request(make_query(query), Content.SEARCH)
         while unsettled and (reply := self._take(PATIENCE_S)) is not None:
@@ -248,9 +263,9 @@ class HostLink:
             self.silent_from = asked
         return asked
 
-    def _outlast(self, opcode: Opcode, timeout_s: float, deadline: Deadline) -> bool:
-        """Return whether no reply to an earlier `opcode` can come any more."""
-        while opcode in self._overdue:
+    def _outlast(self, opcode: Opcode, timeout_s: float, deadline: _Patience) -> bool:
+        """Return whether no reply to an earlier `opcode` can come any more; with one request at a time, to any."""
+        while opcode in self._overdue or self._overdue.wait_until(opcode, self._clock.now()) is not None:
             if deadline.expired:
                 return False
             self._next_late(opcode, timeout_s, deadline)
@@ -269,10 +284,12 @@ class HostLink:
         reply = self._take(timeout_s)
         return reply is not None and reply.opcode == opcode and not self._stray
 
-    def _next_late(self, opcode: Opcode, timeout_s: float, deadline: Deadline) -> Reply | None:
+    def _next_late(self, opcode: Opcode, timeout_s: float, deadline: _Patience) -> Reply | None:
         """Return the next of the late replies, or that to a query of another kind than `opcode`."""
         if self._stray:
             self._drop_stale_input(_QUIET_S)
+        if (until := self._overdue.wait_until(opcode, self._clock.now())) is not None:
+            return self._take(min(Deadline(self._clock, until).remaining, deadline.remaining))
         query, again = self._overdue.probe(opcode), Deadline(self._clock, self._overdue.latest + AGAIN * timeout_s)
         if query not in self._overdue or again.expired:
             self._request(make_query(query))
@@ -289,8 +306,8 @@ class HostLink:
         self._note(scanner.stray)
         if reply is None:
             return None
-        self.silent_from = None
-        self._overdue.answered(Opcode(reply.opcode))
+        self.silent_from, self._alive = None, True
+        self._overdue.answered(Opcode(reply.opcode), self._clock.now())
         self._ahead += self._transport.read(_DRAIN_BYTES, 0.0)
         if not self._ahead or self._overdue.may_start(bytes(self._ahead)):
             return reply
@@ -323,6 +340,7 @@ class HostLink:
         if not stray:
             return
         self._stray += stray
+        self._overdue.unasked(stray, self._clock.now())
         if holds_boot_text(stray):
             self.settings = {}  # first: an interrupt in between must not leave limits that the board has lost
             self.restarts += 1
@@ -358,3 +376,23 @@ class HostLink:
             "for the rest of a frame that another program cut short (resynchronise() helps), or this is not the hand's "
             "port."
         )
+
+
+class _Patience:
+    """Deadline of one call: longer while the link says nothing, or is known to hold replies back."""
+
+    def __init__(self, link: HostLink, within_s: float, longest_s: float) -> None:
+        self._link = link
+        self._began = link._clock.now()
+        self._within_s, self._longest_s = within_s, longest_s
+
+    @property
+    def remaining(self) -> float:
+        """Seconds left, not below zero."""
+        patience_s = self._longest_s if self._link.holds_back else self._within_s
+        return max(0.0, self._began + patience_s - self._link._clock.now())
+
+    @property
+    def expired(self) -> bool:
+        """Whether no time is left."""
+        return self.remaining == 0.0

@@ -3,7 +3,7 @@
 Theory of operation
 ===================
 
-A reply carries an opcode and no number, so two requests of one kind cannot be told by their replies. Four rules make
+A reply carries an opcode and no number, so two requests of one kind cannot be told by their replies. Five rules make
 up for it.
 
 Rule 1: replies come in the order of their requests. A reply settles every older request: it was answered before, or
@@ -15,8 +15,12 @@ the safe side: too many requests are taken to be waiting, never too few.
 Rule 3: what a link is silent about is found out with queries of one kind, `probe`. Its first reply already settles
 what was asked before the first of them, so a link that is well again is found with one probe, or two.
 
-Rule 4: a link that lets replies overtake each other breaks rule 1. For `OVERTAKEN_S` after a request whose turn has
-passed, a reply of its kind may be that old one; then the request is made twice and the replies are compared.
+Rule 4: a link that lets replies overtake each other breaks rule 1. For `LATE_S` after a request whose turn has passed,
+a reply of its kind may be that old one; then the request is made twice and the replies are compared.
+
+Rule 5: some links get one request at a time: one that held a reply for more than `HELD_S` and has lost nothing since,
+and one that ever let a reply overtake another. Then nothing can overtake, and no probe can be held. Other links are
+probed at once (rule 3), such a link only after `LATE_S`.
 
 A restart of the board changes nothing of this. What it drops will never be answered, and what is asked after it must
 not be forgotten because its boot text comes late.
@@ -27,12 +31,16 @@ from __future__ import annotations
 from collections import deque
 from math import inf
 
-from aero.protocol import FILLER, READINGS, Opcode
+from aero.protocol import FILLER, FRAME_SIZE, READINGS, Opcode
 
 HELD_BACK_S = 10.0
 """Longest time for which a link is taken to hold replies back in their order, s; a request that is older is lost."""
-OVERTAKEN_S = 2.0
-"""Longest time by which a reply is taken to come after later ones, s, counted from its request."""
+LATE_S = 3.3
+"""Longest time from a request to its reply, s, up to which replies are not confused: 3 s promised, 0.3 s margin."""
+HELD_S = 1.0
+"""Age of a reply, s; above it the link is known to hold replies back. A busy machine is late by 0.9 s."""
+ROUNDING_S = 1e-9
+"""Tolerance for comparing sums of waiting times, s."""
 
 
 class Overdue:
@@ -42,6 +50,8 @@ class Overdue:
         self._waiting: deque[tuple[Opcode, float]] = deque()
         self._passed: dict[Opcode, float] = {}
         """When the last request of a kind was sent whose turn has passed, s."""
+        self._slow = False
+        self._overtakes = False
 
     def __contains__(self, opcode: Opcode) -> bool:
         """Whether a reply to an `opcode` may still come in its turn."""
@@ -55,6 +65,11 @@ class Overdue:
     def opcodes(self) -> tuple[Opcode, ...]:
         """What they asked for."""
         return tuple([opcode for opcode, _ in self._waiting])
+
+    @property
+    def one_at_a_time(self) -> bool:
+        """Whether the link holds replies back or lets them overtake (rule 5)."""
+        return self._slow or self._overtakes
 
     @property
     def latest(self) -> float:
@@ -71,12 +86,21 @@ class Overdue:
             self._waiting.popleft()
         self._waiting.append((opcode, t))
 
-    def answered(self, opcode: Opcode) -> None:
-        """Take a reply: what was asked before it has been answered, or never will be."""
-        if opcode in self:
-            while self._waiting[0][0] is not opcode:
-                self._pass()
-            self._waiting.popleft()
+    def answered(self, opcode: Opcode, t: float) -> None:
+        """Take a reply at `t` (s): what was asked before it has been answered, or never will be."""
+        if opcode not in self:
+            return
+        held = self._waiting[0][0] is opcode and t - max(asked for waiting, asked in self._waiting if waiting is opcode)
+        while self._waiting[0][0] is not opcode:
+            self._pass()
+        self._waiting.popleft()
+        self._slow |= held > HELD_S
+
+    def unasked(self, data: bytes, t: float) -> None:
+        """Take bytes at `t` (s) that no request waits for: they may be replies that others have overtaken."""
+        for at in range(0, len(data) - FRAME_SIZE + 1, FRAME_SIZE):
+            old = [query for query in self._passed if data[at : at + 2] == bytes((query, FILLER))]
+            self._overtakes |= any(self.may_be_older(query, t) for query in old)
 
     def settle(self, before: float) -> None:
         """Take it that what was sent before a time (s) has been answered, or never will be."""
@@ -86,10 +110,18 @@ class Overdue:
     def _pass(self) -> None:
         opcode, t = self._waiting.popleft()
         self._passed[opcode] = t
+        self._slow = False
 
     def may_be_older(self, opcode: Opcode, t: float) -> bool:
         """Return whether a reply at `t` (s) may be that to a request whose turn has passed."""
-        return t - self._passed.get(opcode, -inf) < OVERTAKEN_S
+        return t - self._passed.get(opcode, -inf) < LATE_S - ROUNDING_S
+
+    def wait_until(self, opcode: Opcode, t: float) -> float | None:
+        """Return the end of the time of mere waiting (rule 5), s; None if a request may go out at `t`."""
+        if not self.one_at_a_time:
+            return None
+        until = LATE_S + max(self._waiting[0][1] if self._waiting else -inf, self._passed.get(opcode, -inf))
+        return until if t < until - ROUNDING_S else None
 
     def may_start(self, data: bytes) -> bool:
         """Return whether bytes can be the beginning of one of these replies."""

@@ -17,6 +17,7 @@ from aero.clock import Clock, positive_s
 from aero.driver import HOMING_TIMEOUT_S, AeroHand, LinkedHand
 from aero.errors import RefusedError
 from aero.firmware import ServoSettings
+from aero.link import PATIENCE_S
 from aero.protocol import MAX_CODE, Centred
 from aero.safety.guard import Guard
 from aero.safety.opening import OPEN, move_slowly
@@ -91,7 +92,7 @@ class GuardedHand(LinkedHand):
         """
         self.thresholds = thresholds or Thresholds()
         """When it is stopped."""
-        self._hand = AeroHand(transport, clock)
+        self._hand = AeroHand(transport, clock, PATIENCE_S)  # a board that is silent for 1 s is opened
         super().__init__(self._hand._link, clock)
         self._guard = guard = Guard(
             self._hand, clock, spans_counts=spans_counts, usual=usual, thresholds=self.thresholds, standby=standby

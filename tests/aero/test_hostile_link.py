@@ -1,13 +1,13 @@
 """Many exchanges on a hostile link: losses, damage, delays, overtaking, restarts; no reply is given to another request.
 
-The figures of docs/driver.md: `HOSTILE_EXCHANGES=50000 pytest -s tests/aero/test_hostile_link.py`.
+The figures of docs/driver.md: `HOSTILE_EXCHANGES=10000 pytest -s tests/aero/test_hostile_link.py`.
 """
 
 import os
 import struct
 from collections import Counter
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -115,6 +115,57 @@ class HostileLink:
         return bytes(changed)
 
 
+class KeepsRequests(HostileLink):
+    """A link whose board keeps the requests that come while it starts, and answers them when it is ready.
+
+    A reply has the number of its request.
+    """
+
+    ready_after_s = 2.0
+
+    def __init__(self, board, random):
+        super().__init__(board, random)
+        self.booted, self._asked = 0, 0
+
+    def write(self, data):
+        now = self.clock.now()
+        if now >= self._hears_from and self.random.random() < self.how.restarts:
+            self.booted += 1
+            self.board.queue.clear()
+            self._hears_from = now + self.ready_after_s
+            self._down(self.ready_after_s, b"ESP-ROM:esp32s3\r\n[BOOT] Hand Type: RIGHT_HAND\r\n", whole=True)
+        self._asked += bool(data)
+        self.board.write(bytes(data))
+
+    def _answer(self, frame):
+        self.sent = self._asked
+        starting_s = max(0.0, self._hears_from - self.clock.now())
+        return [(starting_s + 0.002, struct.pack("<BB7H", frame[0], 0, *[self.sent & 0xFFFF] * 7))]
+
+    def read(self, size, timeout):
+        self.sent = self._asked
+        return super().read(size, timeout)
+
+
+def readings(link, hand, exchanges, resynchronises=False):
+    """Let a program read on a link that stays as it is; return what became of it, and the longest time without."""
+    found, last, longest_s = Counter(), link.clock.now(), 0.0
+    for _ in range(exchanges):
+        link.clock.sleep_until(link.clock.now() + link.random.choice([0.0, 0.001, 0.02, 0.1]))
+        before, what = link.sent, link.random.choice([*READS])
+        try:
+            found[judged(getattr(hand, what)() / READS[what], before, link)] += 1
+        except AeroError:
+            found["errors"] += 1
+            if resynchronises and link.random.random() < 0.5:
+                with suppress(AeroError):
+                    hand.resynchronise()
+        else:
+            now = link.clock.now()
+            last, longest_s = now, max(longest_s, now - last)
+    return found, max(longest_s, link.clock.now() - last)
+
+
 def outcomes(board, exchanges, late_s, overtaken_s, seed=0):
     """Let a program read, command and limit on hostile links, and return what became of its readings."""
     random, found = np.random.default_rng(seed), Counter()
@@ -152,7 +203,7 @@ def judged(words, before, link):
     return "another"
 
 
-PROMISED = [(0.9, 0.0), (3.0, 0.0), (0.9, 0.05)]
+PROMISED = [(0.9, 0.0), (3.0, 0.0), (0.9, 0.05), (3.0, 0.05)]
 """How late replies come in turn, and how late others come that were overtaken, s."""
 BEYOND = [(8.0, 0.0), (0.0, 0.5), (0.0, 1.5), (0.9, 0.5), (3.0, 1.5)]
 
@@ -166,10 +217,35 @@ def test_no_reply_is_given_to_another_request(board, late_s, overtaken_s):
     assert found["another"] <= (0 if (late_s, overtaken_s) in PROMISED else EXCHANGES / 1000)
 
 
-@pytest.mark.parametrize(
-    ("rule", "how"),
-    [("HELD_BACK_S", {"late_s": 3.0, "overtaken_s": 0.0}), ("OVERTAKEN_S", {"late_s": 0.0, "overtaken_s": 0.5})],
-)
-def test_a_driver_that_forgets_what_it_has_asked_is_found(board, monkeypatch, rule, how):
-    monkeypatch.setattr(f"aero.overdue.{rule}", 0.1)
+@pytest.mark.parametrize("share", [0.005, 0.02, 0.07, 0.15])
+def test_a_link_that_holds_replies_for_3_s_and_loses_none_is_used_at_its_speed(board, share):
+    """Queries that are sent meanwhile would be held too, each in its turn."""
+    link = HostileLink(board, np.random.default_rng(5))
+    hand = AeroHand(link, board.clock)
+    hand.read_codes()
+    link.how = Hostility(late=share, late_s=3.0)
+    found, longest_s = readings(link, hand, EXCHANGES)
+    print(f"{share:.1%} held for up to 3 s:", dict(found), f"longest without a reading {longest_s:.2f} s")
+    assert longest_s < 3.5
+    assert found["another"] == 0
+
+
+@pytest.mark.parametrize("how", [Hostility(), Hostility(late=0.1, late_s=0.3, overtaken=0.1, overtaken_s=0.05)])
+@pytest.mark.parametrize("resynchronises", [False, True])
+@pytest.mark.parametrize("ready_after_s", [1.0, 2.0, 2.9])
+def test_a_board_that_keeps_requests_while_it_starts_gives_no_stale_reading(board, ready_after_s, resynchronises, how):
+    link = KeepsRequests(board, np.random.default_rng(1))
+    link.ready_after_s = ready_after_s
+    hand = AeroHand(link, board.clock)
+    link.how = replace(how, restarts=0.02)
+    found, _ = readings(link, hand, EXCHANGES, resynchronises)
+    print(f"ready after {ready_after_s:g} s:", link.booted, "starts", dict(found))
+    assert link.booted > 5
+    assert found["another"] == 0
+
+
+@pytest.mark.parametrize("how", [{"late_s": 3.0, "overtaken_s": 0.0}, {"late_s": 0.0, "overtaken_s": 0.5}])
+def test_a_driver_that_forgets_what_it_has_asked_is_found(board, monkeypatch, how):
+    for rule in ("HELD_BACK_S", "LATE_S"):
+        monkeypatch.setattr(f"aero.overdue.{rule}", 0.1)
     assert outcomes(board, 3000, **how)["another"] > 0

@@ -12,7 +12,7 @@ import pytest
 
 from aero import AeroHand, Channel
 from aero.errors import AeroError, DesyncError, LinkTimeoutError
-from aero.overdue import OVERTAKEN_S
+from aero.overdue import LATE_S
 
 EXCHANGES = int(os.environ.get("LINK_EXCHANGES", "600"))
 
@@ -169,9 +169,7 @@ def test_what_no_driver_can_see_in_a_frame_without_a_checksum(counting, fault):
 
     spoil(board, sometimes)
     for _ in range(3 * EXCHANGES):
-        board.clock.sleep_until(
-            board.clock.now() + OVERTAKEN_S
-        )  # else it compares two replies after one that it missed
+        board.clock.sleep_until(board.clock.now() + LATE_S)  # else it compares two replies after one that it missed
         try:
             words = hand.read_codes().tolist()
         except AeroError:
