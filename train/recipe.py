@@ -245,6 +245,10 @@ class Recipe:
         """Environment steps of the whole run."""
         return sum(stage.steps for stage in self.stages)
 
+    def last_stage(self) -> Recipe:
+        """Return the recipe for a run that begins with the parameters of another."""
+        return replace(self, stages=self.stages[-1:])
+
     def with_steps(self, steps: int) -> Recipe:
         """Return the recipe for a run of `steps`, with at least ten checkpoints where the batches allow."""
         batch = self.environments * max(stage.unroll for stage in self.stages)

@@ -106,6 +106,7 @@ def train(
     minutes: float | None = None,
     threads: int | None = None,
     resume: bool = False,
+    parameters: Path | None = None,
     provenance: Mapping[str, Any] | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> TrainingEnd:
@@ -122,6 +123,7 @@ def train(
         minutes: wall time of this call; None for no bound.
         threads: of the native backend; None for all cores.
         resume: see `folder`.
+        parameters: of a checkpoint, for the first stage to begin with; networks that have learned nothing when None.
         provenance: what the policy's file is to say besides recipe, seed, attempt, steps and resumes.
         say: gets a line for each epoch and checkpoint.
 
@@ -140,7 +142,9 @@ def train(
             if time.monotonic() >= deadline:
                 raise _StoppedError(StopReason.TIME)
 
-        training = _TrainingRun(recipe, backend, folder, threads, dict(provenance or {}), say, check, standing)
+        training = _TrainingRun(
+            recipe, backend, folder, threads, dict(provenance or {}), say, check, standing, parameters
+        )
         ending = StopReason.DONE
         try:
             training.go(resume)
@@ -183,6 +187,8 @@ class _TrainingRun:
     say: Callable[[str], None]
     check: StopCheck
     standing: Standing
+    parameters: Path | None = None
+    """Of a checkpoint, to begin with."""
     reached: Reached | None = None
 
     def __post_init__(self) -> None:
@@ -212,7 +218,10 @@ class _TrainingRun:
                 reached: Reached = load_arrays(self.folder / STATE, prepared.template())
                 prepared.fill(standing.new_hands)
             else:
-                reached = prepared.begin(self.reached.learner if self.reached else None)
+                before = self.reached.learner if self.reached else None
+                if before is None and self.parameters is not None:
+                    before = prepared.learner(self.parameters)
+                reached = prepared.begin(before)
                 price = prepared.stage.drop_price
                 self.standing = standing.in_stage(index, price.begin if price else None)
             return self._learn(prepared, reached)
@@ -352,6 +361,13 @@ class StageRun:
         starts = prepare_starts(self._task, self._simulator, rng, check=self._check)
         environment = self._begin(starts, self._key(_ENVIRONMENT))
         return Reached(self._ppo.continued(before) if before else fresh, environment)
+
+    def learner(self, parameters: Path) -> Learner:
+        """Return a learner with the parameters of a checkpoint."""
+        fresh = self._ppo.begin(self._key(_NETWORKS))
+        shapes = jax.eval_shape(self._ppo.begin, self._key(_NETWORKS)).parameters
+        normaliser, policy, value = load_arrays(parameters, shapes)
+        return fresh._replace(normaliser=normaliser, networks=fresh.networks.replace(policy=policy, value=value))
 
     def template(self) -> Reached:
         """Return the shapes of learner and environments."""

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aero.channels import CABLES
+from aero.policy.running import typical_correction
 from model.units.plausible import plausible_unit
 from train.hand_stock import HandStock, oldest, present
 from train.recipe import STEADY
@@ -43,6 +45,14 @@ def test_the_last_stage_trains_on_healthy_hands_that_no_command_can_name(monkeyp
     seed, unit = drawn
     assert seed > 4_294_967_295  # the largest `--seed`
     assert unit == plausible_unit(seed)
+
+
+def test_the_last_stage_has_the_typical_correction_about_as_wrong_as_it_is(monkeypatch):
+    monkeypatch.setattr("train.built.build_scene", lambda *_: scene())
+    error_m = STOCK.stage.hands.correction_error_m
+    found = np.array([STOCK.hand(number).correction for number in range(50)]) - typical_correction()
+    assert np.abs(found).max() <= error_m
+    assert np.abs(found[:, list(CABLES)]).max() > 0.9 * error_m
 
 
 @pytest.fixture

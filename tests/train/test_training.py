@@ -95,10 +95,34 @@ def test_the_command_asks_for_the_recipe_and_says_checkpoints_and_how_to_go_on(m
     said = result.output
     assert result.exit_code == 0
     assert (recipe.name, recipe.steps) == ("paper", 102_400)
-    assert rest == ["native", 3, tmp_path, {"minutes": 5.0, "threads": 1, "resume": False}]
+    assert rest == ["native", 3, tmp_path, {"minutes": 5.0, "threads": 1, "resume": False, "parameters": None}]
     assert "0.55 rad/s  keeps  97%; average  0.50 rad/s  keeps  98%" in said
     assert "the time is over: 0.04 M of 0.10 M steps, in " in said
     assert f"aero-hil train paper --seed 3 --steps 102400 --out {tmp_path} --resume" in said.replace("\n", "")
+
+
+def test_a_run_from_a_checkpoint_has_the_last_stage_alone(monkeypatch, tmp_path):
+    file = tmp_path / "0_0000000080.npz"
+    np.savez(file, np.zeros(3))
+    (recipe, *_, options), _ = commanded(monkeypatch, tmp_path / "run", "--backend", "native", "--from", str(file))
+    assert recipe.stages == STEADY.stages[-1:]
+    assert options["parameters"] == file
+
+
+@pytest.mark.slow
+def test_a_run_goes_on_from_a_checkpoint_of_another(tmp_path):
+    trained(tmp_path / "first")
+    file = sorted((tmp_path / "first" / "checkpoints").glob("0_*.npz"))[-1]
+    trained(tmp_path / "second", parameters=file, minutes=1e-9)
+    with (
+        np.load(file) as archive,
+        trainer.StageRun(
+            trainer._TrainingRun(TINY, "native", tmp_path, 1, {}, print, lambda: None, STANDING), 0, (0,)
+        ) as stage,
+    ):
+        begun = stage.begin(stage.learner(file)).learner.parameters
+        for leaf, name in zip(trainer.jax.tree.leaves(begun), sorted(archive.files), strict=True):
+            np.testing.assert_array_equal(leaf, archive[name])
 
 
 @pytest.mark.parametrize(("accelerated", "environments"), [(False, STEADY.environments), (True, 8192)])

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from hashlib import sha256
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import click
 
@@ -36,6 +37,10 @@ WITHOUT_GPU = (
     help="Wall time of this call; without it the recipe's steps decide. A bounded run can be resumed.",
 )
 @click.option("--steps", type=click.IntRange(1, 10**12), help="Environment steps instead of the recipe's.")
+@click.option(
+    "--from", "parameters", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Parameters of a checkpoint of another run: the last stage alone goes on from them.",
+)  # fmt: skip
 @click.option("--resume", is_flag=True, help="Continue the run in the folder.")
 @click.option("--threads", type=click.IntRange(1, 1024), help="Threads of the native backend; all cores by default.")
 @click.option(
@@ -53,6 +58,7 @@ def train(
     seed: int,
     minutes: float | None,
     steps: int | None,
+    parameters: Path | None,
     resume: bool,
     threads: int | None,
     units: int,
@@ -79,13 +85,16 @@ def train(
     elif on == "mjx":
         chosen = on_routed_hands(chosen)
         console.print(WITHOUT_GPU, highlight=False, soft_wrap=True)
+    chosen = chosen.last_stage() if parameters else chosen
     chosen = chosen.with_steps(steps) if steps else chosen
     console.print(f"{recipe} over {on}, seed {seed}, {chosen.environments} environments, {chosen.steps} steps")
 
     def say(line: str) -> None:
         console.print(line, soft_wrap=True)
 
-    made_with = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco-mjx")}
+    made_with: dict[str, Any] = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco")}
+    if parameters:
+        made_with["from_sha256"] = sha256(parameters.read_bytes()).hexdigest()
     try:
         ended = trainer.train(
             chosen,
@@ -95,6 +104,7 @@ def train(
             minutes=minutes,
             threads=threads,
             resume=resume,
+            parameters=parameters,
             provenance=made_with,
             say=say,
         )
@@ -108,6 +118,7 @@ def train(
         else:
             best = f", every checkpoint and the best one, {recipe}.npz" if (out / f"{recipe}.npz").exists() else ""
             bound = f" --steps {steps}" if steps else ""
+            bound += f" --from {parameters}" if parameters else ""
             say(f"Kept in {out}: the state{best}.")
             say(f"To continue: aero-hil train {recipe} --seed {seed}{bound} --out {out} --resume")
     except KeyboardInterrupt:
