@@ -6,7 +6,7 @@ import subprocess
 from contextlib import ExitStack
 
 import pytest
-from only_extras import hiding_others
+from pages import HIL
 from terminal import Terminal
 
 from aero import AeroHand
@@ -15,9 +15,9 @@ from hil.recordings.mcap_file import read_recording
 pytestmark = pytest.mark.slow
 
 
-def test_a_terminated_run_keeps_what_it_had_and_opens_the_hand(tmp_path):
+def test_a_terminated_run_keeps_what_it_had_and_opens_the_hand(tmp_path, installed):
     with ExitStack() as stack:
-        terminal = Terminal(tmp_path, stack, **hiding_others(tmp_path / "hidden", "aero-hil[hil]"))
+        terminal = Terminal(tmp_path, stack, installed(HIL))
         port, recorded = terminal.port("/dev/ttyACM0"), tmp_path / "cut.mcap"
         command = ["aero-hil", "record", "--hil", port, "--excite", "steps", "--scale", "0.4", "--out", str(recorded)]
         with subprocess.Popen(command, env=terminal.variables, stderr=subprocess.PIPE, text=True) as child:

@@ -6,8 +6,8 @@
 from contextlib import ExitStack
 
 import pytest
-from pages import blocks, missing, steps
-from terminal import INSTALLATION, Terminal
+from pages import INSTALLATION, blocks, missing, steps, typed
+from terminal import Terminal
 
 PAGE = "docs/tutorial.md"
 STEPS = [(command, shown) for command, shown in steps(PAGE) if not INSTALLATION.match(command)]
@@ -19,11 +19,12 @@ def test_nearly_every_command_shows_its_output():
 
 
 @pytest.mark.slow
-def test_the_first_hour(tmp_path):
+def test_the_first_hour(tmp_path, installed):
     script = tmp_path / "wave.py"
     script.write_text(blocks(PAGE, "python")[0].replace("/tmp/hand", str(tmp_path / "hand")), encoding="utf-8")
     with ExitStack() as stack:
-        terminal = Terminal(tmp_path, stack)
+        (installation,) = {one.installation for one in typed(PAGE)}
+        terminal = Terminal(tmp_path, stack, installed(installation))
         for command, shown in STEPS:
             expected = [line.replace("/tmp/", f"{tmp_path}/") for line in shown]
             terminal.type(command, expected, codes={int("--fault" in command or "diagnose" in command)})

@@ -1,6 +1,7 @@
-"""Every shell block of README and docs runs as it is pasted, in the order of its page, on emulated hands.
+"""Every command of README and docs runs as it is pasted, in the order of its page, on emulated hands.
 
-`tox -e realtime` runs it, because a hand on a port takes its time.
+Each runs in an environment of its own, with what its page says to install. `tox -e realtime` runs them, because a hand
+on a port takes its time.
 """
 
 import re
@@ -11,9 +12,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from only_extras import hiding_others
-from pages import ROOT, blocks
-from terminal import Terminal, commands
+from extras import activated
+from own_policies import write_onnx
+from pages import ROOT, SUITE, blocks, typed
+from terminal import Terminal
 
 from hil.recordings.mcap_file import read_recording
 
@@ -25,7 +27,7 @@ ELSEWHERE = {
 PAGES = sorted(
     str(path.relative_to(ROOT))
     for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
-    if path.stem not in ELSEWHERE and blocks(path, "sh")
+    if path.stem not in ELSEWHERE and typed(path)
 )
 CODES = {"validate --fault": {1}, "aero-hil diagnose": {1}, "validate --unit m": {0, 1}}
 """Exit codes of commands; a twin of the short recordings that are made here may be out of limits."""
@@ -34,36 +36,43 @@ NEEDS_A_CHECKPOINT = "aero-hil convert-policy"
 
 
 @pytest.fixture
-def terminal(tmp_path):
+def terminal(tmp_path, installed):
     """A terminal with the files that readers of a page have."""
     shipped = next(path for path in resources.files("aero.policy.shipped").iterdir() if path.name.endswith(".npz"))
     shutil.copy(shipped, tmp_path / "mine.npz")
     shutil.copy(ROOT / "model/units/reference.toml", tmp_path / "my_hand.toml")
+    write_onnx(tmp_path)
     with ExitStack() as stack:
-        yield Terminal(tmp_path, stack)
+        yield Terminal(tmp_path, stack, installed(SUITE))
+
+
+def write_snippets(page, folder):
+    """Write the files whose names a page's code begins with."""
+    for snippet in blocks(page, "python"):
+        if named := re.match(r"# (test_\w+\.py)", snippet):
+            (folder / named.group(1)).write_text(snippet, encoding="utf-8")
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_every_block_runs_as_it_is_pasted(page, terminal, tmp_path):
-    if page == "README.md":
-        terminal.variables |= hiding_others(tmp_path / "hidden", "aero-hil[hil]")
-    for block in blocks(page, "sh"):
-        for command in commands(block):
-            if not command.startswith((NEEDS_A_SCREEN, NEEDS_A_CHECKPOINT)):
-                terminal.type(command, codes=next((c for part, c in CODES.items() if part in command), {0}))
+def test_every_command_runs_as_it_is_pasted(page, terminal, installed, tmp_path):
+    write_snippets(page, tmp_path)
+    for typed_in in typed(page):
+        if not typed_in.command.startswith((NEEDS_A_SCREEN, NEEDS_A_CHECKPOINT)):
+            terminal.variables = activated(installed(typed_in.installation))
+            codes = next((codes for part, codes in CODES.items() if part in typed_in.command), {0})
+            terminal.type(typed_in.command, codes=codes)
     if page == "README.md":
         session = tmp_path / "validation" / "latest" / "session.mcap"
         assert read_recording(session).header.started
 
 
-def test_the_workflow_for_ones_own_repository(terminal, tmp_path):
+def test_the_workflow_for_ones_own_repository(terminal, installed, tmp_path):
     workflow = yaml.safe_load(blocks("docs/test_your_driver.md", "yaml")[0])
     lines = [step["run"] for step in workflow["jobs"]["hand"]["steps"] if "run" in step]
     (tmp_path / "tests").mkdir()
-    for snippet in blocks("docs/test_your_driver.md", "python"):
-        name = re.match(r"# (test_\w+\.py)", snippet).group(1)
-        (tmp_path / "tests" / name).write_text(snippet, encoding="utf-8")
+    write_snippets("docs/test_your_driver.md", tmp_path / "tests")
     assert [line.split()[0] for line in lines] == ["pip", "aero-hil", "pytest"]
+    terminal.variables = activated(installed(lines[0].removeprefix("pip install ").replace("./aero-hil", str(ROOT))))
     for line in lines[1:]:
         terminal.type(line)
     assert {"report.html", "junit.xml"} <= {path.name for path in (tmp_path / "hand-report").iterdir()}

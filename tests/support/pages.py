@@ -2,12 +2,13 @@
 
 import os
 import re
-import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIMIT_S = 300
+INSTALLATION = re.compile(r"(python3? -m venv|\. ~|pip install|python -m pip|git submodule|mkdir|cd )")
 
 
 def blocks(page, language):
@@ -26,6 +27,59 @@ def steps(page):
     return found
 
 
+@dataclass(frozen=True)
+class Typed:
+    """A command of a page, and the installation that its reader has made before."""
+
+    command: str
+    installation: str
+    """Arguments of `pip install`."""
+
+
+HIL, SUITE = "-e '.[hil]'", "-e '.[suite]'"
+"""Installations of the README, for commands and for pytest: of a page that names none."""
+INSTALLS = re.compile(r"^(?:.*`)?pip install (.+?)\s*(?:`|  #|$)", re.M)
+PYTEST = re.compile(r"`(pytest (?:test_\w+\.py|tests/hil)[^`]*)`")
+"""Inline commands for users; other tests are a contributor's, who has `tox`."""
+AERO_HIL = re.compile(r"`(aero-hil [^`]*)`")
+
+
+def typed(page):
+    """Return the commands of a page in its order, each once, as `Typed`.
+
+    An installation in a block is for what comes after it, one in a paragraph or in a row of a table for that alone.
+    """
+    prose, *rest = re.split(r"^```(\w*)\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), flags=re.S | re.M)
+    found, installed = _inline(prose, ""), ""
+    for language, block, prose in zip(*(iter(rest),) * 3, strict=True):
+        if language in ("", "sh"):
+            installed = (INSTALLS.findall(block) or [installed])[-1]
+        if language == "sh":
+            found += [Typed(command, installed or HIL) for command in commands(block)]
+        found += _inline(prose, installed)
+    return list(dict.fromkeys(found))
+
+
+def _inline(prose, installed):
+    """Return the inline commands of some paragraphs and tables, after an installation."""
+    found = []
+    for part in re.split(r"\n\n|\n(?=\|)", prose):
+        text = " ".join(part.split())
+        own = INSTALLS.findall(text)
+        names = [*PYTEST.findall(text), *(AERO_HIL.findall(text) if own else ())]
+        found += [Typed(name, (own or [installed or SUITE])[-1]) for name in names]
+    return found
+
+
+def commands(block):
+    """Return the commands of a shell block, without comments and installation; a loop is one command."""
+    lines = re.sub(r"\\\n\s*", " ", block).splitlines()
+    if any(line.startswith("for ") for line in lines):
+        return [block]
+    found = [line.partition("  #")[0].strip() for line in lines if not line.startswith("#")]
+    return [command for command in found if command and not INSTALLATION.match(command)]
+
+
 def missing(shown, printed):
     """The lines that a page shows and a command did not print; `…` stands for anything, white space for white space."""
     said = " ".join(printed.split())
@@ -37,11 +91,3 @@ def environment():
     """This interpreter's own programs first, as in an activated environment; a wide terminal."""
     programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     return os.environ | {"PATH": programs, "COLUMNS": "200"}
-
-
-def run(command, folder):
-    """Run a shell command in a folder; its output and errors together are `stdout`."""
-    return subprocess.run(
-        command, shell=True, cwd=folder, env=environment(), text=True, timeout=LIMIT_S, check=False,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-    )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Commands of a page as a reader types them: one after the other in one folder, servers until the next one starts."""
+"""A reader's terminal: commands one after the other in one folder, servers until the next one starts."""
 
 import re
 import shlex
@@ -6,13 +6,13 @@ import signal
 import subprocess
 from contextlib import ExitStack, contextmanager
 
-from pages import LIMIT_S, ROOT, environment, missing
+from extras import activated
+from pages import LIMIT_S, ROOT, missing
 
 from aero import AeroHand
 
 SERVERS = re.compile(r"aero-hil (emulate|view|proxy)\b")
 """They run until Ctrl-C."""
-INSTALLATION = re.compile(r"(python3? -m venv|\. ~|pip install|python -m pip|git submodule|mkdir|cd )")
 PORTS = ("/dev/ttyACM0", "/dev/ttyACM1")
 SHORTER = {
     r"aero-hil validate\b.* --hil (?!.*--dry-run)(?!.*--only)": "--only presence --only audit",
@@ -26,20 +26,11 @@ TYPED = {r"aero-hil diagnose(?!.*--hil)": "n\n\n" * 60}
 """Command to what is typed: no to each question, Enter to let each step be done."""
 
 
-def commands(block):
-    """Return the commands of a shell block, without comments and installation; a loop is one command."""
-    lines = re.sub(r"\\\n\s*", " ", block).splitlines()
-    if any(line.startswith("for ") for line in lines):
-        return [block]
-    found = [line.partition("  #")[0].strip() for line in lines if not line.startswith("#")]
-    return [command for command in found if command and not INSTALLATION.match(command)]
-
-
 class Terminal:
-    """A shell in a folder, with emulated hands on the ports that pages name."""
+    """A shell in a folder, with emulated hands on the ports that pages name, and the programs of one environment."""
 
-    def __init__(self, folder, stack: ExitStack, **variables):
-        self.folder, self.stack, self.variables = folder, stack, environment() | variables
+    def __init__(self, folder, stack: ExitStack, programs):
+        self.folder, self.stack, self.variables = folder, stack, activated(programs)
         self.ports, self.serving = {}, stack.enter_context(ExitStack())
 
     def port(self, name):
@@ -54,6 +45,7 @@ class Terminal:
     def type(self, command, shown=(), *, codes=frozenset({0})):
         """Run a command, or start a server; check its output and its exit code, and return its output."""
         command = command.replace("/tmp/", f"{self.folder}/").replace("examples/", f"{ROOT}/examples/")
+        command = command.replace("tests/hil", f"{ROOT}/tests/hil -p no:cacheprovider")
         for name in PORTS:
             if name in command:
                 command = command.replace(name, self.port(name))

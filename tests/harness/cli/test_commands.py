@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from only_extras import hiding_others
 
 from hil.cli import main
 from hil.cli.command_table import commands
@@ -27,26 +26,6 @@ def test_help_lists_every_command_whatever_is_installed(lacking):
     listed = run(lacking, "--help")
     assert listed.returncode == 0, listed.stderr
     assert [name for name in commands() if f"\n  {name} " in listed.stdout] == list(commands())
-
-
-def test_help_of_a_command_without_its_extra_is_one_line_that_names_it(tmp_path):
-    """With nothing but what every installation has, each command says what it is for and which extra it needs."""
-    program = "from hil.cli import main; main(['{name}', '--help'], prog_name='aero-hil')"
-    lines = {}
-    for name in ("campaign", "view", "doctor"):
-        helped = subprocess.run(
-            [sys.executable, "-c", program.format(name=name)], capture_output=True, text=True, check=False,
-            env=os.environ | hiding_others(tmp_path / name, "aero-hil"),
-        )  # fmt: skip
-        assert helped.returncode == 0, helped.stderr
-        assert helped.stderr == ""
-        lines[name] = helped.stdout.splitlines()
-    assert lines["doctor"][0].startswith("Usage: aero-hil doctor ")
-    for name in ("campaign", "view"):
-        (line,) = lines[name]
-        assert line.startswith(
-            f"{commands()[name].summary} `aero-hil {name}` needs the extra `{commands()[name].extra}`"
-        )
 
 
 def test_a_misspelt_command_is_answered_with_the_nearest():
