@@ -1,11 +1,19 @@
-"""The pytest plugin: a driver under test, `--bus-driver`, and a robot on virtual time, the fixture `bus_target`."""
+"""The pytest plugin: a driver under test, `--bus-driver`, and a robot on virtual time, the fixture `bus_target`.
+
+It leaves alone what does not use its fixtures, as `aero_hil_pytest` does; packages are imported when a test needs them.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
+
+from aero_hil import hidden
+from aero_hil_options import PluginOptions
 
 if TYPE_CHECKING:
     from feetech_robots.bus_driver import Factory
@@ -14,14 +22,27 @@ if TYPE_CHECKING:
 _BUS_DRIVER = "feetech_bus_driver"
 """Property of a test of a bus driver."""
 WORDS = {"passed": "right", "failed": "WRONG", "error": "WRONG", "skipped": "not offered"}
+OPTIONS = PluginOptions("feetech-robots", "robots of Feetech servos", taken=pytest.StashKey[list[str]](), options={
+    "bus-driver": {
+        "metavar": "FACTORY", "help": "driver of the servo bus to test: my_package.my_module:factory",
+    },
+    "bus-robot": {"metavar": "PATH", "help": "robot behind the fixture bus_target, a TOML file"},
+})  # fmt: skip
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
+def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
     """Add the options."""
-    group = parser.getgroup("feetech-robots", "robots of Feetech servos")
-    help_text = "driver of the servo bus to test: my_package.my_module:factory"
-    group.addoption("--bus-driver", metavar="FACTORY", help=help_text)
-    group.addoption("--bus-robot", metavar="PATH", help="robot behind the fixture bus_target, a TOML file")
+    OPTIONS.add(parser, pluginmanager)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_load_initial_conftests(
+    early_config: pytest.Config, parser: pytest.Parser
+) -> Generator[None, object, object]:
+    """Add the short names after the options of the project's conftest files, whose names count."""
+    result = yield
+    OPTIONS.add_short_names(parser, early_config)
+    return result
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -29,8 +50,15 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
         "markers", "robot(path): the robot behind the fixture `bus_target`, a TOML file, relative to the test's"
     )
-    if config.option.bus_driver is not None:
-        _driver_factory(config.option.bus_driver)
+    if config.option.aero_bus_driver is not None:
+        _driver_factory(config.option.aero_bus_driver)
+
+
+def pytest_report_header(config: pytest.Config) -> list[str]:
+    """Say in one line what of ours this project has hidden."""
+    if line := hidden():
+        return [f"feetech-robots stands aside: {line}"]
+    return OPTIONS.header(config)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
@@ -41,7 +69,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say what a driver of the servo bus got right, one line a test."""
-    name = terminalreporter.config.option.bus_driver
+    name = terminalreporter.config.option.aero_bus_driver
     if name is None:
         return
     terminalreporter.section(f"feetech-robots: bus driver {name}")
@@ -55,7 +83,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 @pytest.fixture(scope="session")
 def bus_driver_factory(request: pytest.FixtureRequest) -> Factory:
     """Makes the driver of `--bus-driver`; see `feetech_robots.bus_driver`."""
-    name = request.config.option.bus_driver
+    name = request.config.option.aero_bus_driver
     if name is None:
         pytest.skip("tests a driver of the servo bus; run with --bus-driver=my_package.my_module:factory")
     return _driver_factory(name)
@@ -64,27 +92,32 @@ def bus_driver_factory(request: pytest.FixtureRequest) -> Factory:
 @pytest.fixture
 def bus_target(request: pytest.FixtureRequest) -> RobotBus:
     """A robot of bus servos on virtual time, one for each test; which one says the mark `robot` or `--bus-robot`."""
-    # Projects that do not use the fixture pay for no physics engine.
-    from feetech_robots.joint_plant import PhysicsFailedError  # noqa: PLC0415
-    from feetech_robots.robot_bus import RobotBus  # noqa: PLC0415
-
-    mark, option = request.node.get_closest_marker("robot"), request.config.option
-    if mark is not None:
-        path = request.node.path.parent / mark.args[0]
-    elif option.bus_robot is not None:
-        path = Path(option.bus_robot)
+    mark, named = request.node.get_closest_marker("robot"), request.config.option.aero_bus_robot
+    if mark is not None and mark.args:
+        path = request.node.path.parent / str(mark.args[0])
+    elif named is not None:
+        path = Path(named)
     else:
-        pytest.fail("bus_target needs a robot: mark the test with `robot(PATH)`, or run with --bus-robot=PATH")
+        said = "bus_target needs a robot: mark the test with `robot(PATH)`, or run with --bus-robot=PATH"
+        pytest.fail(said, pytrace=False)
+    failed = _ours("feetech_robots.joint_plant").PhysicsFailedError
     try:
-        return RobotBus.of_file(path)
-    except (ValueError, OSError, PhysicsFailedError) as error:
+        robot: RobotBus = _ours("feetech_robots.robot_bus").RobotBus.of_file(path)
+    except (ValueError, OSError, failed) as error:
         pytest.fail(f"bus_target: {error}", pytrace=False)
+    return robot
 
 
 def _driver_factory(name: str) -> Factory:
-    from feetech_robots.bus_driver import driver_factory  # noqa: PLC0415 - as above
-
     try:
-        return driver_factory(name)
+        factory: Factory = _ours("feetech_robots.bus_driver").driver_factory(name)
     except ValueError as error:
         raise pytest.UsageError(str(error)) from error
+    return factory
+
+
+def _ours(name: str) -> Any:
+    """Import a module, of which a project that uses no fixture needs nothing; one line where others hide ours."""
+    if line := hidden():
+        raise pytest.UsageError(line)
+    return import_module(name)
