@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import signal
 import sys
 from contextlib import closing, suppress
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -26,10 +27,11 @@ from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, RECORD, VIEW, HostAndP
 from hil.cli.output import echo
 from hil.cli.viewing import viewing
 from hil.faults import Schedule, parse_fault
+from hil.faults.bench import BenchState
 from hil.targets.delays import LATE, LEAST_S, DelayLog, Loop
 from hil.targets.emulated_hand import build_emulated
 from hil.targets.hand_spec import HOMINGS, HandSpec
-from hil.targets.pty_process import NEVER_FIRED
+from hil.targets.pty_process import ACTED, NEVER_FIRED
 from hil.view.feed import Observer
 from hil.view.sources import EmulatedSource
 from model.units.plausible import unit_named
@@ -98,7 +100,11 @@ def emulate(
             if file is not None:
                 file.note(text, severity)
 
-        hands_on = HandsOn(workbench, tell, reads=prompt or (parent is None and in_terminal()))
+        def answer(refused: str) -> None:
+            if parent is not None:
+                echo(f"{ACTED} {json.dumps(asdict(BenchState.of(workbench)) | {'refused': refused})}")
+
+        hands_on = HandsOn(workbench, tell, reads=prompt or parent is not None or in_terminal(), answer=answer)
         server.listeners.append(hands_on.heard)
 
         def stop() -> bool:

@@ -39,7 +39,12 @@ class HandsOn:
     """Takes lines from anywhere, and does what they say when `serve` is called."""
 
     def __init__(
-        self, workbench: Workbench, tell: Callable[[str, Literal["info", "error"]], None], *, reads: bool = False
+        self,
+        workbench: Workbench,
+        tell: Callable[[str, Literal["info", "error"]], None],
+        *,
+        reads: bool = False,
+        answer: Callable[[str], None] | None = None,
     ) -> None:
         """Prepare.
 
@@ -47,8 +52,9 @@ class HandsOn:
             workbench: of the served hand.
             tell: takes a sentence for each act, done or refused.
             reads: whether lines of the standard input are taken too; those of a terminal only in its foreground.
+            answer: called after each line, with the sentence that refuses it or an empty one.
         """
-        self._workbench, self._tell = workbench, tell
+        self._workbench, self._tell, self._answer = workbench, tell, answer
         self._lines: SimpleQueue[str] = SimpleQueue()
         self._codes: list[int] = []
         self._sent_at = self._heard = -math.inf
@@ -70,10 +76,14 @@ class HandsOn:
         self._read()
         while not self._lines.empty():
             if line := self._lines.get().strip():
+                refused = ""
                 try:
                     self._do(line)
                 except ValueError as error:
-                    self._tell(str(error), "error")
+                    refused = str(error)
+                    self._tell(refused, "error")
+                if self._answer is not None:
+                    self._answer(refused)
         for _, text in self._workbench.done[self._told :]:
             self._tell(text, "info")
         self._told = len(self._workbench.done)

@@ -32,6 +32,8 @@ BEFORE_THE_BOARD = (Part.COMPUTER, Part.DRIVER, Part.USB)
 """Parts that are replaced with the hand's power on."""
 OF_A_SERVO = ("rotor_inertia", "spool_damping", "spool_friction")
 """What goes along with a servo, by channel, of the mechanics of a unit."""
+EXCHANGES = {Part.SERVO: "exchange_servos", Part.BUS: "exchange_plugs"}
+"""Acts that exchange a part."""
 HELD_SHARE = 0.55
 """Share of its travel that a digit has around what is held."""
 
@@ -68,6 +70,18 @@ class Workbench:
     def present(self) -> tuple[Injection, ...]:
         """The faults that the hand has or will have at their time."""
         return tuple(self._present)
+
+    @property
+    def acts_present(self) -> tuple[str, ...]:
+        """The acts that bring a whole hand into its present state."""
+        return (
+            *(f"{EXCHANGES[part]} {one.label} {other.label}" for part, one, other in self._exchanged),
+            *(f"cable_off {channel.label}" for channel in self._cables_off),
+            *["hold"] * (self._held is not None),
+            # What cannot be undone, such as a restart, has happened and is no state.
+            *(f"inject {fault}" for fault, active in self._present.items() if active.clear is not None),
+            *["power_off"] * (not self._powered),
+        )
 
     def build(self, stage: AssemblyStage) -> None:
         """Inject the faults of one stage of the assembly, in the order of the schedule."""
@@ -148,7 +162,10 @@ class Workbench:
         self._move(part, {one: other, other: one})
         if part is Part.SERVO:
             self.assembly.refound(exchanged)
-        self._exchanged.append((part, one, other))
+        if self._exchanged and self._exchanged[-1] in ((part, one, other), (part, other, one)):
+            self._exchanged.pop()
+        else:
+            self._exchanged.append((part, one, other))
 
     def cable_off(self, channel: Channel) -> str:
         """Take a cable off its spool, or the abduction's linkage off its horn: the servo then turns nothing.
@@ -296,28 +313,9 @@ class Workbench:
         """Return what a meter shows of the supply at present, V."""
         return self.assembly.healthy.servos.voltage * self.assembly.supply_left() if self._powered else 0.0
 
-    def mend(self) -> list[tuple[float, str]]:
-        """Make the hand what it was when it was opened, as far as that can be; return what was done since then."""
-        done = self.done
-        for channel in list(self._cables_off):
-            self.cable_on(channel)
-        if self._held is not None:
-            self._held.undo()
-            self._held = None
-        while self._exchanged:
-            self._exchange(*self._exchanged[-1])
-            del self._exchanged[-2:]
-        for fault in set(self._present) - set(self._schedule.faults):
-            self._take(fault)
-        for fault in set(self._schedule.faults) - set(self._present):
-            self._put(fault)
-        if not self._powered:
-            self.power_on()
-        self.done = []
-        return done
-
     def _put(self, fault: Injection) -> None:
-        self._present[fault] = active = fault.fault.inject(self.assembly, fault)
+        active = fault.fault.inject(self.assembly, fault)
+        self._present[fault] = active
         active.begin()
 
     def _take(self, fault: Injection) -> None:

@@ -6,9 +6,11 @@ Only in real time: on virtual time nothing is late. A program that waits for an 
 from __future__ import annotations
 
 import os
+import time
 from collections import deque
 from contextlib import suppress
 from enum import Enum
+from pathlib import Path
 from typing import NamedTuple
 
 from aero.clock import WallClock
@@ -42,6 +44,27 @@ class Delay(NamedTuple):
     by_s: float
     """How long it was held up, s; so it began at `t - by_s`."""
     loop: Loop
+
+
+class Waits(NamedTuple):
+    """Waiting of this thread since an arbitrary start."""
+
+    seconds: float
+    """Time in which this thread neither ran nor could have run, s."""
+    disk_reads: int
+    """Reads that waited for a disk."""
+
+    @classmethod
+    def now(cls) -> Waits | None:
+        """Return the present values; None where the system does not count them (Linux does)."""
+        try:
+            queued_s = int(Path(_SCHEDSTAT).read_text(encoding="ascii").split()[1]) / 1e9
+        except OSError:
+            return None
+        import resource  # noqa: PLC0415 - not on Windows
+
+        disk_reads = resource.getrusage(resource.RUSAGE_SELF).ru_inblock
+        return cls(time.perf_counter() - time.thread_time() - queued_s, disk_reads)
 
 
 class DelayLog:

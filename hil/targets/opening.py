@@ -19,12 +19,13 @@ from aero.hand import Hand
 from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
+from hil.faults.bench import HandBench
 from hil.faults.schedule import Schedule
 from hil.faults.workbench import Workbench
 from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
 from hil.targets.emulated_hand import build_emulated, found_as, host_link
 from hil.targets.hand_spec import HOMINGS, PHYSICAL, HandSpec
-from hil.targets.pty_process import serve_in_process
+from hil.targets.pty_process import serve_with_bench
 from hil.targets.target import GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model.units import Unit
@@ -104,14 +105,20 @@ def in_process(opening: Opening, workbench: Workbench, link: Transport) -> Itera
         for _ in range(HOMINGS if spec.homed else 0):
             hand.home()
         yield opening.granted(
-            hand, clock, wire, capabilities=(GroundTruth(workbench.mechanics, electronics), workbench)
+            hand,
+            clock,
+            wire,
+            capabilities=(GroundTruth(workbench.mechanics, electronics), workbench, HandBench.of(workbench)),
         )
 
 
 @contextmanager
 def _pty(opening: Opening) -> Iterator[Target]:
-    with serve_in_process(opening.spec, opening.delays) as path, _serial(opening, path) as (hand, clock, wire):
-        yield opening.granted(hand, clock, wire)
+    with (
+        serve_with_bench(opening.spec, opening.delays) as (path, bench),
+        _serial(opening, path) as (hand, clock, wire),
+    ):
+        yield opening.granted(hand, clock, wire, capabilities=(bench,))
 
 
 @contextmanager

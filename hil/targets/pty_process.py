@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from queue import Empty, SimpleQueue
 
 from aero.child_process import ChildError, ChildProcess
+from hil.faults.bench import BenchState, HandBench
 from hil.faults.schedule import FaultNeverFiredError
 from hil.targets.delays import LATE, DelayLog, Loop
 from hil.targets.hand_spec import HandSpec
@@ -20,6 +23,10 @@ STOP_S = 10.0
 """Time the child has to leave after SIGTERM, s."""
 NEVER_FIRED = "never-fired"
 """First word of the line in which the child names a fault that had no effect."""
+ACTED = "acted"
+"""First word of the line in which the child answers an act: JSON of the bench's state and of what was refused."""
+ANSWER_S = 10.0
+"""Time the child has to do an act, s."""
 
 
 class _Heard:
@@ -27,6 +34,7 @@ class _Heard:
 
     def __init__(self, delays: DelayLog) -> None:
         self.unfired: list[str] = []
+        self.answers: SimpleQueue[str] = SimpleQueue()
         self._delays = delays
 
     def take(self, line: str) -> None:
@@ -36,6 +44,38 @@ class _Heard:
             self._delays.add(float(rest), Loop.BOARD)
         elif word == NEVER_FIRED:
             self.unfired.append(rest)
+        elif word == ACTED:
+            self.answers.put(rest)
+
+
+class _ServedBench:
+    """The child's bench: acts go to its standard input, and each is answered by one line."""
+
+    def __init__(self, child: ChildProcess, heard: _Heard, spec: HandSpec) -> None:
+        self._child, self._heard = child, heard
+        self._state = BenchState(faults=" ".join(map(str, spec.faults)))
+
+    def state(self) -> BenchState:
+        """Return the state after the last act."""
+        return self._state
+
+    def act(self, words: str) -> str:
+        """Do an act.
+
+        Raises:
+            ValueError: it cannot be done.
+            ChildError: the child has ended, or does not answer.
+        """
+        try:
+            self._child.send(f"{' '.join(words.split())}\n")
+            answer = json.loads(self._heard.answers.get(timeout=ANSWER_S))
+        except (BrokenPipeError, Empty) as error:
+            raise ChildError(f"`aero-hil emulate` did not answer {words!r}: {self._child.errors}") from error
+        done = tuple((t, text) for t, text in answer["done"])
+        self._state = BenchState(tuple(answer["acts"]), done, answer["faults"])
+        if answer["refused"]:
+            raise ValueError(answer["refused"])
+        return self._state.done[-1][1]
 
 
 @contextmanager
@@ -46,12 +86,20 @@ def serve_in_process(spec: HandSpec, delays: DelayLog | None = None) -> Iterator
         FaultNeverFiredError: a fault had no effect until it was stopped.
         ChildError: it did not start, or did not stop cleanly; the message carries what it printed.
     """
+    with serve_with_bench(spec, delays) as (path, _):
+        yield path
+
+
+@contextmanager
+def serve_with_bench(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[tuple[str, HandBench]]:
+    """Do as `serve_in_process` does, and yield the bench of the hand beside its path."""
     command = [sys.executable, "-P", "-m", "hil.cli", "emulate", *spec.argv(), "--parent", str(os.getpid())]
     heard = _Heard(delays or DelayLog())
     child = ChildProcess(command, "`aero-hil emulate`", on_line=heard.take)
     path = child.wait_ready(START_S)
     try:
-        yield path
+        served = _ServedBench(child, heard, spec)
+        yield path, HandBench(served.act, served.state)
     except BaseException:
         try:
             child.end(STOP_S)

@@ -18,10 +18,9 @@ from aero.firmware import firmware_of
 from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
 from firmware_emulator.hand import EmulatedHand
-from hil.faults.acts import act
+from hil.faults.bench import HandBench
 from hil.faults.catalogue import parse_fault
 from hil.faults.fault import Injection
-from hil.faults.workbench import Workbench
 from hil.targets.asker import Choice
 from hil.targets.delays import DelayLog
 from hil.targets.hand_spec import hand_words
@@ -142,26 +141,26 @@ class Target:
     @property
     def wrong(self) -> tuple[Injection, ...]:
         """What is wrong with an emulated hand at present."""
-        bench = self.find(Workbench)
-        return self.faults if bench is None else bench.present
+        bench = self.find(HandBench)
+        return self.faults if bench is None else bench.state().present
 
     def inject(self, fault: Injection | str) -> None:
         """Break an emulated hand now, as in `target.inject("motor_dead:ring")`.
 
         Raises:
-            MissingCapabilityError: the hand is not an emulated one in this process.
+            MissingCapabilityError: the hand is not an emulated one.
             ValueError: there is no such fault, or this hand cannot have it now.
         """
-        self.get(Workbench).inject(parse_fault(fault) if isinstance(fault, str) else fault)
+        self.act(f"inject {parse_fault(fault) if isinstance(fault, str) else fault}")
 
     def clear(self, fault: Injection | str) -> None:
         """Take a fault away.
 
         Raises:
-            MissingCapabilityError: the hand is not an emulated one in this process.
+            MissingCapabilityError: the hand is not an emulated one.
             ValueError: the hand does not have it, or it cannot be undone.
         """
-        self.get(Workbench).clear(parse_fault(fault) if isinstance(fault, str) else fault)
+        self.act(f"clear {parse_fault(fault) if isinstance(fault, str) else fault}")
 
     def act(self, words: str) -> str:
         """Do to an emulated hand what a person does, as in `target.act("exchange_servos ring pinky")`.
@@ -169,10 +168,10 @@ class Target:
         Returns what was done; `hil.faults.acts.ACTS` lists what there is.
 
         Raises:
-            MissingCapabilityError: the hand is not an emulated one in this process.
+            MissingCapabilityError: the hand is not an emulated one.
             ValueError: there is no such act, or it cannot be done now.
         """
-        return act(self.get(Workbench), words)
+        return self.get(HandBench).act(words)
 
     def describe(self) -> str:
         """Say in one line what this is."""

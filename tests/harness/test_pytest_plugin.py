@@ -4,6 +4,8 @@ import os
 import re
 import subprocess
 import sys
+import textwrap
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +13,7 @@ from hil.targets.hand_spec import HandSpec
 from hil.targets.pty_process import serve_in_process
 
 pytest_plugins = ["pytester"]
+ROOT = Path(__file__).parents[2]
 
 ONE_TEST = """
 def test_reads(aero_hand, aero_target):
@@ -235,51 +238,235 @@ def test_a_mark_that_comes_when_the_hand_is_open_fails_the_test(pytester):
     assert "hil_faults" not in (pytester.path / "report.xml").read_text()
 
 
-def test_a_sleep_in_which_an_emulated_hand_stands_still_fails_the_test(pytester):
+def test_waiting_in_which_an_emulated_hand_stands_still_fails_the_test(pytester):
     pytester.makepyfile(
         """
-        import threading, time
+        import asyncio, threading, time
         from time import sleep
 
         import pytest
 
         @pytest.fixture
         def rested(aero_hand):
-            sleep(0.01)
+            sleep(0.1)
             return aero_hand
 
-        def test_by_the_module(aero_hand):
-            time.sleep(0.01)
+        @pytest.fixture(scope="module")
+        def server():
+            time.sleep(0.1)
 
-        def test_by_its_name(aero_hand):
-            sleep(0.01)
+        def test_by_the_module(aero_hand):
+            time.sleep(0.1)
+
+        def test_by_its_name(aero_target):
+            sleep(0.1)
+
+        def test_of_the_session(aero_session_target):
+            sleep(0.1)
+
+        def test_by_asyncio(aero_hand):
+            asyncio.run(asyncio.sleep(0.1))
+
+        def test_by_an_event(aero_hand):
+            threading.Event().wait(0.1)
 
         def test_in_a_fixture(rested):
             pass
 
         def test_asked_for(request):
             request.getfixturevalue("aero_hand")
-            sleep(0.01)
+            sleep(0.1)
 
         def test_that_fails(aero_hand):
-            time.sleep(0.01)
+            time.sleep(0.1)
             assert not aero_hand
 
         def test_by_the_clock(aero_target, aero_hand):
             aero_target.clock.sleep_until(aero_target.clock.now() + 2.0)
 
-        def test_in_a_thread_of_its_own(aero_hand):
-            thread = threading.Thread(target=sleep, args=(0.01,))
-            thread.start()
-            thread.join()
+        def test_that_computes(aero_hand):
+            end = time.process_time() + 0.2
+            while time.process_time() < end:
+                pass
+
+        def test_beside_a_server(server, aero_session_target):
+            pass
 
         def test_without_a_hand():
-            time.sleep(0.01)
+            time.sleep(0.1)
         """
     )
     result = pytester.runpytest()
-    result.assert_outcomes(passed=3, failed=5)
-    assert result.stdout.str().count("use `aero_target.clock.sleep_until") == 5
+    result.assert_outcomes(passed=4, failed=8)
+    assert result.stdout.str().count("use `aero_target.clock.sleep_until") == 8
+
+
+LIFETIMES = {
+    "fixture that clears": """
+        @pytest.fixture
+        def dead(aero_target):
+            aero_target.inject("motor_dead:ring")
+            yield
+            assert names(aero_target) == ["motor_dead"]
+            aero_target.clear("motor_dead:ring")
+
+        @pytest.mark.parametrize("time", range(2))
+        def test_dead(dead, aero_target, time):
+            assert names(aero_target) == ["motor_dead"]
+    """,
+    "later fixture that skips": """
+        @pytest.fixture
+        def dead(aero_target):
+            aero_target.inject("motor_dead:ring")
+            aero_target.act("cable_off index")
+
+        @pytest.fixture
+        def skips(dead):
+            pytest.skip()
+
+        @pytest.fixture
+        def fails(dead):
+            raise RuntimeError
+
+        def test_skipped(skips):
+            pass
+
+        def test_sound(aero_target):
+            assert names(aero_target) == []
+
+        def test_error(fails):
+            pass
+
+        def test_sound_again(aero_target):
+            assert names(aero_target) == []
+            aero_target.act("cable_off index")
+    """,
+    "module's fixture": """
+        @pytest.fixture(scope="module")
+        def dead(aero_session_target):
+            aero_session_target.inject("motor_dead:ring")
+            aero_session_target.act("cable_off index")
+
+        @pytest.mark.parametrize("time", range(3))
+        def test_dead(dead, aero_target, time):
+            assert names(aero_target) == ["motor_dead"]
+            aero_target.inject("motor_weak:index")
+            aero_target.clear("motor_dead:ring")
+    """,
+    "exchange": """
+        @pytest.fixture(scope="module")
+        def exchanged(aero_session_target):
+            if aero_session_target.real_time:
+                pytest.skip("restarts the board, which ends the link")
+            aero_session_target.act("exchange_servos index middle")
+
+        def test_dead(exchanged, aero_target):
+            aero_target.inject("motor_dead:ring")
+            aero_target.act("exchange_servos ring pinky")
+            assert [str(fault) for fault in aero_target.wrong] == ["motor_dead:pinky=1.0"]
+    """,
+    "test of the session's hand": """
+        def test_dead(aero_session_target):
+            aero_session_target.inject("motor_dead:ring")
+    """,
+    "fixture made in a test": """
+        @pytest.fixture(scope="module")
+        def dead(aero_session_target):
+            aero_session_target.inject("motor_dead:ring")
+
+        def test_asks(request, aero_target):
+            aero_target.inject("motor_weak:index")
+            request.getfixturevalue("dead")
+
+        def test_dead(aero_target):
+            assert names(aero_target) == ["motor_dead"]
+    """,
+}
+OUTCOMES = {"later fixture that skips": {"passed": 3, "skipped": 1, "errors": 1}}
+
+
+@pytest.mark.parametrize("way", LIFETIMES)
+@pytest.mark.parametrize("target", ["emulated", pytest.param("pty", marks=pytest.mark.slow)])
+def test_a_fault_lives_as_long_as_the_fixture_or_the_test_that_injected_it(pytester, way, target):
+    begin = "import pytest\n\ndef names(target):\n    return [fault.name for fault in target.wrong]\n"
+    after = "def test_sound(aero_target):\n    assert aero_target.wrong == ()"
+    pytester.makepyfile(test_1=begin + textwrap.dedent(LIFETIMES[way]), test_2=after)
+    result = pytester.runpytest(f"--hil={target}", "-p", "no:randomly", "--junitxml=report.xml")
+    expected = (
+        {"passed": 1, "skipped": 1}
+        if (way, target) == ("exchange", "pty")
+        else OUTCOMES.get(way, {"passed": LIFETIMES[way].count("def test_") + 1})
+    )
+    extra = {"module's fixture": 2, "fixture that clears": 1}.get(way, 0)
+    result.assert_outcomes(**{**expected, "passed": expected["passed"] + extra})
+
+
+def test_a_wider_fixture_that_takes_the_functions_is_told_the_sessions(pytester):
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.fixture(scope="module")
+        def rig(aero_target):
+            return aero_target
+
+        def test_rig(rig):
+            pass
+        """
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*takes `aero_session_target` in place of `aero_target`"])
+
+
+def test_an_act_skips_on_a_port_as_the_mark_does(pytester):
+    pytester.makepyfile(
+        """
+        import pytest
+
+        def test_acts(aero_target):
+            aero_target.inject("motor_dead:ring")
+
+        @pytest.mark.fault("motor_dead:ring")
+        def test_marked(aero_target):
+            pass
+
+        def test_sound(aero_target):
+            assert aero_target.wrong == ()
+        """
+    )
+    with serve_in_process(HandSpec()) as port:
+        result = pytester.runpytest(f"--hil={port}", "-rs")
+    result.assert_outcomes(passed=1, skipped=2)
+    assert result.stdout.str().count("its faults are for an emulated hand") == 2
+
+
+def test_a_hand_that_still_moves_comes_to_rest_before_the_next_test(pytester):
+    pytester.makepyfile(
+        """
+        import pytest
+
+        def test_moves(aero_hand):
+            aero_hand.command_codes([60000] * 7)
+
+        def test_rests(aero_target):
+            assert max(abs(aero_target.hand.read_speeds())) < 0.2
+            assert min(aero_target.hand.read_codes()) > 50000
+
+        def test_restarts(aero_target):
+            aero_target.act("power_off")
+
+        def test_answers(aero_target):
+            assert max(abs(aero_target.hand.read_speeds())) < 0.2
+        """
+    )
+    pytester.runpytest("-p", "no:randomly").assert_outcomes(passed=4)
+
+
+def test_the_plugin_uses_no_private_name_of_pytest():
+    for name in ("aero_hil_pytest", "aero_hil_options", "feetech_robots/src/feetech_robots/pytest_plugin"):
+        text = (ROOT / f"{name}.py").read_text(encoding="utf-8")
+        assert not re.search(r"_pytest\.|\b(?!self\b)\w+\._[a-z]", text), name
 
 
 def test_a_fault_that_never_fired_fails_its_test(pytester):
@@ -330,9 +517,10 @@ import pytest
 def pytest_addoption(parser):
     parser.addoption("--hil", action="store_true", help="run on the rig")
     parser.addoption("--hil-seed", default="theirs")
+    parser.addoption("--bus-robot", default="theirs")
 
 def pytest_configure(config):
-    for mark in ("fault", "presence", "homes"):
+    for mark in ("fault", "presence", "homes", "robot"):
         config.addinivalue_line("markers", f"{mark}: of the rig")
 """,
     "hil/__init__.py": "",
@@ -346,8 +534,9 @@ from hil.rig import VOLTS
 def test_homes(request):
     assert (model.MASS, VOLTS) == (3, 24)
     assert request.config.getoption("--hil") is True
-    assert request.config.getoption("--hil-seed") == "theirs"
+    assert request.config.getoption("--hil-seed") == request.config.getoption("--bus-robot") == "theirs"
 
+@pytest.mark.robot
 @pytest.mark.fault(3, what="a fault of the rig")
 def test_fault():
     pass
@@ -360,6 +549,17 @@ def test_presence(number):
 }
 NEIGHBOURS = ["--randomly-seed=3", "--timeout=60", "--asyncio-mode=strict"]
 """Plugins that tox puts into the folder PYTEST_NEIGHBOURS, with an option of each."""
+
+
+FEETECH = "feetech_robots.pytest_plugin"
+PLUGINS = {"aero_hil_pytest": [], FEETECH: ["-p", FEETECH]}
+"""Plugin to the arguments that load it here."""
+
+
+@pytest.fixture(autouse=True)
+def feetech_robots(monkeypatch):
+    """The distribution beside this one, installed or not."""
+    monkeypatch.setenv("PYTHONPATH", str(ROOT / "feetech_robots" / "src"), prepend=os.pathsep)
 
 
 @pytest.fixture
@@ -386,12 +586,14 @@ def test_a_project_that_never_uses_us_runs_as_without_us(rig, pytester, beside):
     if arguments is NEIGHBOURS:
         if "PYTEST_NEIGHBOURS" not in os.environ:
             pytest.skip("needs PYTEST_NEIGHBOURS, a folder with pytest-randomly, pytest-timeout and pytest-asyncio")
-        environment = {"PYTHONPATH": os.environ["PYTEST_NEIGHBOURS"]}
-    without, with_us = (rig(*arguments, *more, **environment) for more in (["-p", "no:aero_hil_pytest"], []))
+        environment = {"PYTHONPATH": os.pathsep.join((os.environ["PYTEST_NEIGHBOURS"], os.environ["PYTHONPATH"]))}
+    without, with_us = (
+        rig(*arguments, *more, **environment) for more in (["-p", "no:aero_hil_pytest"], PLUGINS[FEETECH])
+    )
     extra = [line for line in with_us if line not in without]
     assert [line for line in without if line not in with_us] == []
-    assert len(extra) == 1
-    assert extra[0].startswith(f"aero-hil stands aside: {pytester.path}/hil/__init__.py has the name of aero-hil's")
+    assert sorted(line.partition(" stands aside: ")[0] for line in extra) == ["aero-hil", "feetech-robots"]
+    assert all(f"{pytester.path}/hil/__init__.py has the name of aero-hil's" in line for line in extra)
 
 
 @pytest.mark.parametrize("how", ["entry point", "-p", "conftest", "conftest alone"])
@@ -399,13 +601,55 @@ def test_the_plugin_is_the_same_however_it_is_named(pytester, monkeypatch, how):
     """Twice is once, and its options are there also where pytest loads nothing by itself."""
     pytester.makepyfile(ONE_TEST.format("emulated"))
     if "conftest" in how:
-        pytester.makeconftest("pytest_plugins = ['aero_hil_pytest']")
+        pytester.makeconftest(f"pytest_plugins = {list(PLUGINS)}")
     if how == "conftest alone":
         monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     named = ["-p", "aero_hil_pytest"] if how == "-p" else []
     result = pytester.runpytest_subprocess("--hil=emulated", "--aero-hil-seed=3", *named)
     result.assert_outcomes(passed=1)
     result.stdout.fnmatch_lines(["*unit reference, seed 3"])
+
+
+@pytest.mark.parametrize("twice", [[], PLUGINS[FEETECH]])
+def test_the_plugin_of_robots_beside_an_own_package_hil_option_and_mark(pytester, twice):
+    pytester.makeconftest(
+        f"""
+        import pytest
+
+        pytest_plugins = ["{FEETECH}"]
+
+        def pytest_addoption(parser):
+            parser.addoption("--bus-robot", action="store_true")
+
+        @pytest.fixture
+        def of_both(bus_target):
+            return bus_target
+        """
+    )
+    pytester.makepyfile(
+        **{
+            "hil/__init__": "HERE = True",
+            "test_theirs": """
+                import hil, pytest
+
+                @pytest.mark.robot
+                def test_theirs(request):
+                    assert hil.HERE
+                    assert request.config.getoption("--bus-robot") is True
+                    assert request.config.getoption("--aero-bus-robot") is None
+            """,
+        }
+    )
+    result = pytester.runpytest_subprocess("--bus-robot", *twice)
+    result.assert_outcomes(passed=1)
+    result.stdout.fnmatch_lines(["feetech-robots stands aside: */hil/__init__.py has the name of aero-hil's*"])
+
+
+def test_a_bare_mark_robot_is_refused_in_one_line_by_the_fixture_that_reads_it(pytester):
+    pytester.makepyfile("import pytest\n\n@pytest.mark.robot\ndef test_one(bus_target): pass")
+    result = pytester.runpytest_subprocess(*PLUGINS[FEETECH])
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["bus_target needs a robot: mark the test with `robot(PATH)`, or *"])
 
 
 def test_an_option_that_the_project_has_is_the_projects_and_ours_has_another_name(pytester):
@@ -429,6 +673,15 @@ def test_a_module_beside_a_test_that_hides_ours_is_named_in_one_line(pytester):
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     (line,) = [line for line in result.errlines + result.outlines if line.startswith("ERROR")]
     assert f"{pytester.path}/model.py has the name of aero-hil's package `model`" in line
+
+
+def test_a_package_serial_beside_a_test_is_named_and_not_an_extra(pytester):
+    pytester.makepyfile(serial="", test_reads="def test_reads(aero_target):\n    pass")
+    result = pytester.runpytest_subprocess("-p", "no:hypothesispytest")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    (line,) = [line for line in result.errlines + result.outlines if line.startswith("ERROR")]
+    assert f"{pytester.path}/serial.py is not the package `serial` that aero-hil needs" in line
+    assert "suite" not in line
 
 
 def test_a_module_beside_a_program_does_not_reach_the_child_that_serves_a_hand(pytester):
@@ -510,8 +763,8 @@ def test_hypothesis_gives_every_example_the_hand_of_the_session(pytester):
 
         @settings(max_examples=3)
         @given(code=st.integers(0, 100))
-        def test_codes(aero_target, code):
-            aero_target.hand.command_codes([code] * 7)
+        def test_codes(aero_session_target, code):
+            aero_session_target.hand.command_codes([code] * 7)
         """
     )
-    pytester.runpytest().assert_outcomes(passed=1)
+    pytester.runpytest_subprocess().assert_outcomes(passed=1)

@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 
 from aero import Channel
 from aero.channels import WIRE_ORDER
-from hil import GroundTruth, MissingCapabilityError, open_target
+from hil import GroundTruth, open_target
 from hil.faults import CATALOGUE
 from hil.faults.acts import ACTS
+from hil.faults.bench import HandBench, next_act
 from hil.faults.fault import Part
 from hil.faults.workbench import Workbench
 from hil.recordings.recorder import Recorder
@@ -193,12 +194,70 @@ def test_what_has_happened_cannot_be_undone(target):
     target.inject("board_restart")
     with pytest.raises(ValueError, match="cannot be undone"):
         target.clear("board_restart")
+    assert target.get(HandBench).state().acts == ()
 
 
 def test_every_act_is_said_for_people():
     assert all(one.words for one in ACTS.values())
 
 
-def test_nobody_can_break_a_hand_behind_a_port():
-    with open_target("pty", seed=1) as target, pytest.raises(MissingCapabilityError, match="Workbench"):
-        target.inject("motor_dead")
+def test_a_hand_behind_a_pseudo_terminal_is_broken_too():
+    with open_target("pty", seed=1) as target:
+        target.inject("motor_dead:ring")
+        assert [str(fault) for fault in target.wrong] == ["motor_dead:ring=1.0"]
+        with pytest.raises(ValueError, match="program's end of the link"):
+            target.inject("host_stalls")
+        with pytest.raises(ValueError, match="no act 'break'"):
+            target.act("break it")
+        assert target.act("cable_off index") == "took the cable of index off its spool"
+        target.get(HandBench).restore(())
+        assert target.wrong == ()
+        assert [text.split()[0] for _, text in target.get(HandBench).state().done] == [
+            "injected",
+            "took",
+            "put",
+            "cleared",
+        ]
+
+
+LINES = st.lists(
+    st.sampled_from(
+        ["inject motor_dead:ring=1.0", "inject encoder_noise:index=3.0", "cable_off middle", "hold", "power_off",
+         "exchange_servos ring pinky", "exchange_plugs index middle"]
+    ),
+    unique=True,
+    max_size=5,
+)  # fmt: skip
+OPPOSITES = {"clear": "inject", "cable_on": "cable_off", "let_go": "hold", "power_on": "power_off"}
+
+
+@given(LINES, LINES)
+def test_a_hand_is_brought_from_any_state_into_any_other(present, wanted):
+    exchanges = [one for one in present if one.startswith("exchange")]
+    others = [one for one in present if one not in exchanges]
+    for _ in range(20):
+        if (words := next_act((*exchanges, *others), wanted)) is None:
+            break
+        name, _, rest = words.partition(" ")
+        if name in OPPOSITES:
+            others.remove(f"{OPPOSITES[name]} {rest}".strip())
+        elif not name.startswith("exchange"):
+            others.append(words)
+        elif exchanges[-1:] == [words]:
+            exchanges.pop()
+        else:
+            exchanges.append(words)
+    assert exchanges == [one for one in wanted if one.startswith("exchange")]
+    assert set(others) == set(wanted) - set(exchanges)
+
+
+@pytest.mark.parametrize(
+    "act", ["inject motor_dead:ring", "cable_off index", "hold", "power_off", "exchange_servos ring pinky"]
+)
+def test_every_act_is_undone(target, act):
+    target.inject("motor_weak:pinky")
+    before = target.get(HandBench).state().acts
+    target.act(act)
+    assert target.get(HandBench).state().acts != before
+    target.get(HandBench).restore(before)
+    assert target.get(HandBench).state().acts == before

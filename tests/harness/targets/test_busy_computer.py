@@ -6,7 +6,7 @@ import pytest
 
 from aero.errors import LinkTimeoutError
 from hil.targets.delays import NOTEWORTHY_S, DelayLog, Loop, held_up
-from hil.targets.opening import _first_reading
+from hil.targets.opening import first_reading
 from hil.targets.target import NoHandError
 from hil.view.feed import GIVE_WAY_S, Feed
 
@@ -33,11 +33,11 @@ def test_a_delay_that_can_hide_a_reply_is_said(late_s, said):
 def test_a_busy_computer_asks_again_and_an_idle_one_does_not():
     busy, idle = DelayLog(), DelayLog()
     busy.add(0.5, Loop.PROGRAM)
-    _first_reading(Hand(2), busy, "port")
+    first_reading(Hand(2), busy, "port")
     with pytest.raises(NoHandError, match=r"^this computer was held up for 0.5 s.*no hand answers at 'port'"):
-        _first_reading(Hand(9), busy, "port")
+        first_reading(Hand(9), busy, "port")
     with pytest.raises(NoHandError, match=r"^no hand answers at 'port'"):
-        _first_reading(Hand(1), idle, "port")
+        first_reading(Hand(1), idle, "port")
 
 
 def test_the_page_takes_fewer_frames_when_they_take_long_or_the_board_is_late(monkeypatch):
