@@ -17,13 +17,14 @@ from aero.safety import SafetyStopError
 from aero.whole_file import write_whole
 from hil.cli.before_moving import motion
 from hil.cli.options import open_hand
+from hil.recordings.errors import UnusableFileError
 from hil.report.page import render_case
 from hil.report.results import write_results
 from hil.targets.asker import YES_OR_NO, Answer, Asker, CaseShown, Choice, FreeText, Motion, Option, Question, StepShown
 from hil.targets.hand_spec import HandSpec
 from hil.targets.target import NoHandError, Target
 from hil.verdict.case import DiagnosisCase, Proposal
-from hil.verdict.case_file import StoredCase, write_case
+from hil.verdict.case_file import CASE, StoredCase, read_case, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.diagnosis import NextStep
 from hil.verdict.failures import HANDS_FAULT
@@ -147,6 +148,11 @@ class CaseSession:
         )
 
     def _store(self, stored: StoredCase) -> None:
+        if read_case(self._folder) != self.stored:
+            raise UnusableFileError(
+                f"{self._folder / CASE} was changed by another program meanwhile, and is left as it is; "
+                "`aero-hil diagnose` again continues with it"
+            )
         self.stored = stored
         write_case(self._folder, stored)
         write_whole(self._folder / "case.html", render_case(stored.case))

@@ -45,4 +45,6 @@ def export_command(*, recording: Path, out: Path | None) -> None:
         return
     grown = path.stat().st_size / recording.stat().st_size
     echo(f"{path}: {path.stat().st_size / 1e6:.1f} MB, {grown:.2f} times the recording")
+    if "codes" not in made.series:
+        echo("no joint states: this recording holds bytes only, which `aero-hil report` shows")
     echo(f"layout of the panels: {LAYOUT}")

@@ -26,6 +26,7 @@ from hil.recordings.output import prepared_file
 from hil.recordings.provenance import source_commit, versions
 from hil.recordings.recording import Header, Recording
 from hil.targets.hand_spec import PHYSICAL, HandSpec
+from hil.targets.hands_file import fields_of
 from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 
@@ -140,10 +141,11 @@ def replay(*, recording: Path, target_name: str, firmware: str | None, unit: str
         header = recorded.header
         if out is not None:
             prepared_file(out)
+        said = fields_of(target_name)  # what a name says counts over the recording
         hand = HandSpec.named(
             target_name,
-            firmware=firmware or header.firmware,
-            hand=header.hand,
+            firmware=firmware or said.get("firmware", header.firmware),
+            hand=said.get("side", header.hand),
             unit=unit or _unit(header),
             seed=header.seed,
         )

@@ -184,6 +184,9 @@ def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Examined]:
     except (AeroError, ConnectionError, ValueError) as error:
         verdict, found = Verdict.WRONG, f"{_busy()}{error}"
         remedy = "look at the lines about the port above; then supply, cable, and whether this is the hand's port"
+        if port.startswith("socket://"):
+            url = port.replace("socket", "rfc2217", 1)
+            remedy = f"try {url}: a port that is served with DTR and RTS is not a raw one; then {remedy}"
     data = {"answers": None if held_by else answers is not None}
     yield Examined("answer", verdict, found, remedy, subject=Subject.LINK, data=data)
     if answers is not None:

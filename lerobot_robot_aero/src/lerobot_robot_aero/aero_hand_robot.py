@@ -19,7 +19,7 @@ from hil.targets.target import Target
 from lerobot_robot_aero.angles import CURRENTS, POSITIONS, AngleMap, listed, named
 from lerobot_robot_aero.config import AeroHandRobotConfig
 from lerobot_robot_aero.idle_watch import IdleWatch
-from lerobot_robot_aero.opening import opened
+from lerobot_robot_aero.opening import opened, spec_of
 
 _LOG = logging.getLogger(__name__)
 
@@ -43,7 +43,8 @@ class AeroHandRobot(Robot):
         super().__init__(config)
         self.config = config
         self.cameras = make_cameras_from_configs(config.cameras)
-        codec = ActuationMap.for_firmware(config.firmware, hand=config.side)
+        hand = spec_of(config)
+        codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
         self._angles = AngleMap.corrected(codec, config.correction)
         self._lock = threading.Lock()
         self._open = ExitStack()

@@ -11,7 +11,6 @@ from lerobot.cameras import CameraConfig
 from lerobot.robots import RobotConfig
 from lerobot.teleoperators import TeleoperatorConfig
 
-from aero.firmware import DEFAULT_FIRMWARE
 from model.units.cable_correction import TYPICAL
 
 EMULATED = "emulated"
@@ -23,11 +22,11 @@ class ChosenHandConfig:
     """One hand, on a port or emulated."""
 
     port: str
-    """Device path or pyserial URL of the hand, or `emulated`: a process of its own, in real time."""
-    side: Literal["right", "left"] = "right"
-    """Which hand it is."""
-    firmware: str = DEFAULT_FIRMWARE
-    """Version that the hand runs, or that is emulated; no board can report its own."""
+    """Device path or pyserial URL of the hand, a name in `hands.toml`, or `emulated`: its own process, in real time."""
+    side: Literal["right", "left"] | None = None
+    """Side of the hand; None for what `hands.toml` says, else right."""
+    firmware: str | None = None
+    """Version that the hand runs, or that is emulated; None for what `hands.toml` says, else the default."""
     unit: str = "reference"
     """Of an emulated hand: shipped name, `plausible:SEED` or `.toml` path."""
     seed: int = 0

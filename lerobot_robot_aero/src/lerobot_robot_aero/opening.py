@@ -8,11 +8,22 @@ from contextlib import contextmanager
 
 from hil.faults import parse_fault
 from hil.faults.schedule import FaultNeverFiredError
+from hil.targets.hand_spec import HandSpec
 from hil.targets.opening import open_target
 from hil.targets.target import Target
 from lerobot_robot_aero.config import EMULATED, ChosenHandConfig
 
 _LOG = logging.getLogger(__name__)
+
+
+def spec_of(chosen: ChosenHandConfig) -> HandSpec:
+    """Return the hand of a configuration; what `hands.toml` says of a name counts over a default.
+
+    Raises:
+        ValueError: an unknown name, side or firmware.
+    """
+    port = "pty" if chosen.port == EMULATED else chosen.port
+    return HandSpec.named(port, firmware=chosen.firmware, hand=chosen.side, unit=chosen.unit, seed=chosen.seed)
 
 
 @contextmanager
@@ -27,15 +38,8 @@ def opened(chosen: ChosenHandConfig, *, guarded: bool) -> Iterator[Target]:
         SafetyStopError: on leaving, the hand may not be open; the message says what to do.
     """
     try:
-        with open_target(
-            "pty" if chosen.port == EMULATED else chosen.port,
-            firmware=chosen.firmware,
-            hand=chosen.side,
-            unit=chosen.unit,
-            seed=chosen.seed,
-            faults=map(parse_fault, chosen.fault.split()),
-            guarded=guarded,
-        ) as target:
+        faults = tuple(map(parse_fault, chosen.fault.split()))
+        with open_target(spec_of(chosen), faults=faults, guarded=guarded) as target:
             yield target
     except FaultNeverFiredError as error:
         _LOG.warning("%s", error)

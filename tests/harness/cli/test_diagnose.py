@@ -11,14 +11,17 @@ from aero.channels import Channel
 from aero.exit_code import Exit
 from hil import open_target
 from hil.cli import case_session, main
+from hil.cli.case_session import CaseSession
 from hil.faults import parse_fault
-from hil.recordings.errors import NotOneHandError
+from hil.recordings.errors import NotOneHandError, UnusableFileError
+from hil.report.results import write_results
 from hil.verdict import validation
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
 from hil.verdict.failures import Failures
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import StepOutcome
+from hil.verdict.validation import validate
 
 RING = frozenset({Suspect(Part.SERVO, Channel.RING), Suspect(Part.DIGIT, Channel.RING)})
 TO_EMPTY, TO_BEND = RING | {Suspect(Part.SETUP)}, RING
@@ -144,3 +147,14 @@ def test_a_serial_number_decides_over_a_name():
     for other in ({"serial_number": "B2", "hand_id": "bench-right"}, {"hand_id": "bench-left", "serial_number": ""}):
         with pytest.raises(NotOneHandError, match="--same-hand"):
             hand.require_same(other)
+
+
+def test_a_case_that_another_program_edits_at_a_prompt_is_not_overwritten(tmp_path):
+    with open_target(seed=1, faults=[parse_fault("motor_dead:ring")]) as target:
+        write_results(validate(target, ["staircase"], folder=tmp_path), tmp_path)
+    session = CaseSession(read_case(tmp_path), tmp_path, None, None)
+    edited = (tmp_path / "case.json").read_text().replace('"answers": {}', '"answers": {"asked": "yes"}')
+    (tmp_path / "case.json").write_text(edited)
+    with pytest.raises(UnusableFileError, match="changed by another program"):
+        session._store(session.stored)
+    assert (tmp_path / "case.json").read_text() == edited
