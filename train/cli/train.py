@@ -10,6 +10,7 @@ from typing import Any, Literal
 import click
 
 from aero.exit_code import Exit
+from aero.regular_file import open_regular
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import SEED, Finite, NewFolder
 from hil.cli.terminal import console as new_console
@@ -74,7 +75,7 @@ def train(
         prepared_folder(out)
     try:
         from train import selection, trainer  # noqa: PLC0415 - the extra is asked for where it is used
-        from train.run_state import STATE  # noqa: PLC0415
+        from train.run_state import LARGEST_BYTES, STATE  # noqa: PLC0415
     except ImportError as error:
         raise Ended(f"training needs the extra `train` ({error})", Exit.USAGE) from error
     on = backend or trainer.machine_backend()
@@ -94,7 +95,8 @@ def train(
 
     made_with: dict[str, Any] = {"commit": source_commit(), "versions": versions("jax", "brax", "mujoco")}
     if parameters:
-        made_with["from_sha256"] = sha256(parameters.read_bytes()).hexdigest()
+        with usage_errors(), open_regular(parameters, LARGEST_BYTES) as stream:
+            made_with["from_sha256"] = sha256(stream.read()).hexdigest()
     try:
         ended = trainer.train(
             chosen,
