@@ -12,7 +12,9 @@ from aero.exit_code import Exit
 from hil.cli.case_session import CaseHand, CaseSession, HandOnPort
 from hil.cli.emulated_case import EmulatedCaseHand, emulated_hand
 from hil.cli.exits import usage_errors
+from hil.cli.options import VIEW
 from hil.cli.output import echo
+from hil.cli.page_asker import PageAsker, SeenHand, asking
 from hil.cli.terminal import console
 from hil.cli.terminal_asker import TerminalAsker
 from hil.targets.hand_spec import PHYSICAL, HandSpec
@@ -28,8 +30,9 @@ from hil.verdict.case_file import HandOfCase, StoredCase, read_case
     default="validation/latest",
 )  # fmt: skip
 @click.option("--hil", "port", metavar="TARGET", help="Port of the hand, or its name in hands.toml.")
+@VIEW
 @click.option("--same-hand", is_flag=True, help="This is the hand of the case, under another name or serial number.")
-def diagnose(*, folder: Path, port: str | None, same_hand: bool) -> None:
+def diagnose(*, folder: Path, port: str | None, view: bool, same_hand: bool) -> None:
     """Isolate the part at fault of a hand that failed: the next step, then only what shows the failure, compared.
 
     CASE is the folder of the run that failed, validation/latest if not given; version and side are its own. Without
@@ -40,10 +43,11 @@ def diagnose(*, folder: Path, port: str | None, same_hand: bool) -> None:
     with usage_errors():
         stored = read_case(folder)
         hand = _emulated(stored) if port is None else _on_port(stored.hand, port, same_hand=same_hand)
-    asker = TerminalAsker(console())
-    session = CaseSession(stored, folder, hand, asker)
+    asker = PageAsker(console()) if view else TerminalAsker(console())
     try:
-        session.go_through()
+        with asking(asker, hand.spec) as page:
+            session = CaseSession(stored, folder, SeenHand(hand, page), asker)
+            session.go_through()
     except BaseException as error:
         asker.close()
         if isinstance(error, KeyboardInterrupt):

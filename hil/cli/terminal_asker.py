@@ -29,33 +29,40 @@ class TerminalAsker:
         Raises:
             KeyboardInterrupt: at the end of the input, and on Ctrl-C.
         """
-        self.tell(question.text)
+        self._print(question.text)
         while True:
+            line = self.read_line(f"{question.legend} " if isinstance(question, Choice) else "")
             try:
-                legend = f"{question.legend} " if isinstance(question, Choice) else ""
-                typed = click.prompt(legend, default="", show_default=False, prompt_suffix="> ")
-            except click.Abort as error:
-                raise KeyboardInterrupt from error
-            try:
-                return question.read(typed)
+                return question.read(line)
             except ValueError as error:
                 self.tell(str(error))
+
+    def read_line(self, legend: str) -> str:
+        """Return the next line.
+
+        Raises:
+            KeyboardInterrupt: at the end of the input, and on Ctrl-C.
+        """
+        try:
+            return str(click.prompt(legend, default="", show_default=False, prompt_suffix="> "))
+        except click.Abort as error:
+            raise KeyboardInterrupt from error
 
     def show(self, case: CaseShown) -> None:
         """Print the steps that are new, and the next one or the end."""
         for said in case.done[self._shown :]:
-            self.tell(f"done       {said}")
+            self._print(f"done       {said}")
         self._shown = len(case.done)
         if (step := case.step) is not None:
             minutes = f"{step.minutes:g} minute{'s' if step.minutes != 1 else ''}"
-            self.tell(f"why        {step.why}")
-            self.tell(f"next step  {step.do} ({minutes}{f', with {step.tool}' if step.tool else ''})")
+            self._print(f"why        {step.why}")
+            self._print(f"next step  {step.do} ({minutes}{f', with {step.tool}' if step.tool else ''})")
         if case.conclusion:
             self._print(case.conclusion, style="bold")
 
     def announce(self, motion: Motion) -> None:
         """Print what will move."""
-        self.tell(motion.text)
+        self._print(motion.text)
 
     def progress(self, part: float, doing: str, left_s: float) -> None:
         """Move the bar, which is there from the first call until the motion ends."""

@@ -18,14 +18,16 @@ from hil.cli.before_moving import before_moving, readings
 from hil.cli.exits import Ended, ending, usage_errors
 from hil.cli.options import open_hand
 from hil.cli.output import echo
+from hil.cli.page_asker import PageAsker, asking
 from hil.cli.terminal import ProgressBar
 from hil.cli.terminal import console as new_console
 from hil.cli.terminal_asker import TerminalAsker
-from hil.cli.viewing import telling, viewing
+from hil.cli.viewing import telling
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import claimed, emptied, prepared_folder, run_folder
 from hil.report.results import write_figures, write_results
 from hil.report.text import result_line, run_text
+from hil.targets.asker import Choice, Option
 from hil.targets.hand_spec import HandSpec
 from hil.targets.target import Onlooker
 from hil.verdict.baseline import load
@@ -34,6 +36,7 @@ from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import EndKind, ended_at_closing
 from hil.verdict.validation import validate as run_validation
 from hil.view.feed import Observer
+from hil.view.frame import Moving
 from hil.view.sources import source_of
 
 
@@ -43,9 +46,9 @@ class RunProgress:
     On a terminal it is a bar; elsewhere a line an experiment on standard error.
     """
 
-    def __init__(self, bar: ProgressBar, experiments: Sequence[Experiment]) -> None:
+    def __init__(self, bar: ProgressBar, experiments: Sequence[Experiment], observer: Observer) -> None:
         """Begin with none done."""
-        self._bar, self._experiments = bar, experiments
+        self._bar, self._experiments, self._observer = bar, experiments, observer
         self._total_s = sum(experiment.hand_s for experiment in experiments)
         self._done = 0
         self._task = bar.add_task("opening", total=1.0)
@@ -55,7 +58,9 @@ class RunProgress:
         before_s = sum(experiment.hand_s for experiment in self._experiments[: self._done])
         present = self._experiments[min(self._done, len(self._experiments) - 1)]
         words = f"{min(self._done + 1, len(self._experiments))} of {len(self._experiments)}, {present.name}: {doing}"
-        self._bar.update(self._task, completed=(before_s + done * present.hand_s) / self._total_s, description=words)
+        part = (before_s + done * present.hand_s) / self._total_s
+        self._bar.update(self._task, completed=part, description=words)
+        self._observer.show(Moving("", part, words, (1.0 - part) * self._total_s))
 
     def result(self, so_far: Validation) -> None:
         """Print what the experiment that has just ended came to."""
@@ -78,7 +83,7 @@ def run(
 ) -> None:
     """Validate the chosen hand, show the result and end the program with its exit code; see the options."""
     console = new_console()
-    asker = TerminalAsker(console)
+    asker = PageAsker(console) if view else TerminalAsker(console)
     with usage_errors():
         if baseline is not None:
             load(baseline)
@@ -87,13 +92,13 @@ def run(
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced")
     result: Validation | None = None
-    with viewing(view, hand) as observer:
+    with asking(asker, hand) as observer:
         try:
-            asking = any(EXPERIMENTS[name].asks for name in names)
+            asks = any(EXPERIMENTS[name].asks for name in names)
             # A bar that moves would draw over the questions.
-            bars = ProgressBar(lines=False, disable=asking)
+            bars = ProgressBar(lines=False, disable=asks)
             with claimed(folder), emptied(folder), opening as alone, bars as bar:
-                onlookers = (Onlooker(asker.ask),) if asking else ()
+                onlookers = (Onlooker(asker.ask),) if asks else ()
                 opened = replace(alone, capabilities=(*alone.capabilities, *onlookers))
                 observer.follow(source_of(opened))
                 chosen = [EXPERIMENTS[name] for name in names or DEFAULT]
@@ -104,7 +109,9 @@ def run(
                     asker.announce(before_moving(opened, furthest, sum(experiment.hand_s for experiment in chosen)))
                 if folder is None:
                     return
-                along = RunProgress(bar, chosen)
+                if view and opened.guard is not None and sys.stdin is not None and sys.stdin.isatty():
+                    asker.ask(Choice("Keep clear: the hand is about to move.", (Option("start", True),)))
+                along = RunProgress(bar, chosen, observer)
 
                 def kept(so_far: Validation) -> None:
                     write_figures(so_far, folder)

@@ -16,7 +16,12 @@ from hil.view.frame import Heading
 
 @contextmanager
 def viewing(
-    wanted: bool, hand: HandSpec, *, stay: bool = True, on_words: Callable[[str], object] | None = None
+    wanted: bool,
+    hand: HandSpec,
+    *,
+    stay: bool = True,
+    asks: bool = False,
+    on_words: Callable[[str], object] | None = None,
 ) -> Iterator[Observer]:
     """Serve a page for the time of a command, where it is wanted, and say its address on standard error.
 
@@ -27,12 +32,14 @@ def viewing(
         hand: what the command is about.
         stay: whether the page stays after the command: while a browser looks at it, and in a terminal until one has
             looked at it, or Ctrl-C.
-        on_words: takes what is done to the hand on the page, in another thread; nothing can be done when None.
+        asks: whether `on_words` takes answers of the person at the hand, and what stops it, rather than acts.
+        on_words: takes what is done on the page, in another thread; nothing can be done when None.
     """
     feed: Feed | None = None
     try:
         if wanted:
-            feed = Feed(Heading(hand.describe(), hand.side, live=True, hands_on=on_words is not None), on_words)
+            acts = on_words is not None and not asks
+            feed = Feed(Heading(hand.describe(), hand.side, live=True, hands_on=acts, asks=asks), on_words)
     except ChildError as error:
         echo(f"{error}; the hand runs without it", err=True)
     if feed is None:

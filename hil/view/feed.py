@@ -16,7 +16,7 @@ from dataclasses import asdict
 from queue import SimpleQueue
 
 from aero.child_process import ChildError, ChildProcess
-from hil.view.frame import DO, Heading, Message, Note, Severity, Verdicts, ViewEnd, line
+from hil.view.frame import DO, CaseMessage, Heading, Message, Note, Severity, Verdicts, ViewEnd, line
 from hil.view.sources import FRAMES_PER_S, Source
 
 START_S = 60.0
@@ -45,6 +45,14 @@ class Observer:
 
     def verdicts(self, passed: int, failed: Sequence[str]) -> None:
         """Show what was found so far: checks within their limits, and a sentence for each that is not."""
+
+    def show(self, message: CaseMessage) -> None:
+        """Show the person at the hand something of a case."""
+
+    @property
+    def sending(self) -> bool:
+        """Whether anybody can look on."""
+        return False
 
 
 class Feed(Observer):
@@ -108,6 +116,10 @@ class Feed(Observer):
     def verdicts(self, passed: int, failed: Sequence[str]) -> None:
         """Show what was found so far: checks within their limits, and a sentence for each that is not."""
         self._messages.put(Verdicts(passed, tuple(failed)))
+
+    def show(self, message: CaseMessage) -> None:
+        """Show the person at the hand something of a case."""
+        self._messages.put(message)
 
     def end(self, *, stay: bool) -> None:
         """Say that the hand is done, and return when the page is not needed any more.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -32,6 +33,8 @@ class Heading:
     """Whether frames come while it is looked at."""
     hands_on: bool = False
     """Whether the page can do something to the hand, an emulated one that its program serves on a port."""
+    asks: bool = False
+    """Whether the page asks the person at the hand, and has a button that stops it."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,53 @@ class Verdicts:
 
 
 @dataclass(frozen=True)
+class Asked:
+    """A question to the person at the hand; replaces the one before."""
+
+    number: int
+    """Of the question, from 1; 0 where nothing is asked at present."""
+    text: str = ""
+    labels: tuple[str, ...] = ()
+    """Of the answers to choose from; none for free text."""
+
+
+@dataclass(frozen=True)
+class CaseStands:
+    """How a case stands; replaces what was shown before."""
+
+    done: tuple[str, ...] = ()
+    """The steps so far, each with its outcome."""
+    do: str = ""
+    """What the next step is; empty once the case is closed."""
+    why: str = ""
+    minutes: float = 0.0
+    tool: str = ""
+    channels: tuple[int, ...] = ()
+    """Digits to be touched."""
+    conclusion: str = ""
+    """Empty while the case is open."""
+
+
+@dataclass(frozen=True)
+class Moving:
+    """What is about to move, and how far it is."""
+
+    text: str = ""
+    """Channels, time, and what stops it; empty for the text before."""
+    part: float = 0.0
+    """Finished part, 0 to 1."""
+    doing: str = ""
+    left_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Told:
+    """A line for the person at the hand."""
+
+    text: str
+
+
+@dataclass(frozen=True)
 class ViewEnd:
     """Nothing more comes."""
 
@@ -88,7 +138,15 @@ class ViewEnd:
     """Whether the page stays until a browser has looked at it."""
 
 
-Message = ViewFrame | Note | Verdicts | ViewEnd
+CaseMessage = Asked | CaseStands | Moving | Told
+Message = ViewFrame | Note | Verdicts | CaseMessage | ViewEnd
+_KINDS: dict[str, Callable[..., Message]] = {
+    one.__name__: one for one in (ViewFrame, Note, Verdicts, Asked, CaseStands, Moving, Told, ViewEnd)
+}
+STOP = "stop"
+"""Words of the button that stops the hand."""
+ANSWER = "answer"
+"""Begins the words of an answer: number of the question and the answer, as the terminal takes it."""
 
 
 DO = "do"
@@ -103,8 +161,6 @@ def line(sent: Message) -> str:
 def message(text: str) -> Message:
     """Return what a line carries."""
     kind, fields = json.loads(text)
-    if kind == "ViewFrame":
+    if kind == ViewFrame.__name__:
         return ViewFrame(fields.pop("t"), **{name: np.array(value, float) for name, value in fields.items()})
-    if kind == "Verdicts":
-        return Verdicts(fields["passed"], tuple(fields["failed"]))
-    return Note(**fields) if kind == "Note" else ViewEnd(**fields)
+    return _KINDS[kind](**{name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()})

@@ -12,9 +12,10 @@ from aero.actuation import ActuationMap
 from aero.channels import Channel
 from hil.faults.catalogue import severities
 from hil.faults.fault import Fault
-from hil.view.frame import Heading, Note, Verdicts, ViewFrame
+from hil.view.frame import CaseStands, Heading, Moving, Note, Verdicts, ViewFrame
 from hil.view.scene import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
 from model.appearance import PULLEY_RGBA
+from model.geometry import Side
 
 TEMPLATES = Environment(
     loader=PackageLoader("hil.view"), autoescape=True, trim_blocks=True, lstrip_blocks=True, auto_reload=False
@@ -23,6 +24,16 @@ THUMB_NAMES = {Channel.THUMB_ABDUCTION: "abduction", Channel.THUMB_CMC_FLEXION: 
 EXCURSION_RAD = ActuationMap().excursion_rad
 """Ends of the bars, (7, 2) rad: the shaft angles that the joint box allows."""
 PULLEY: Rgb = (round(255 * PULLEY_RGBA[0]), round(255 * PULLEY_RGBA[1]), round(255 * PULLEY_RGBA[2]))
+DIGITS: tuple[tuple[Channel, tuple[int, int, int, int]], ...] = (
+    (Channel.PINKY, (34, 62, 34, 20)),
+    (Channel.RING, (56, 52, 54, 8)),
+    (Channel.MIDDLE, (80, 50, 80, 2)),
+    (Channel.INDEX, (104, 54, 108, 10)),
+    (Channel.THUMB_ABDUCTION, (104, 112, 122, 96)),
+    (Channel.THUMB_CMC_FLEXION, (122, 96, 134, 82)),
+    (Channel.THUMB_FLEXOR, (134, 82, 142, 62)),
+)
+"""Line of each channel on the map of a right hand, palm to the viewer: x and y of its ends, of 160 by 140."""
 LAST_NOTES = 8
 """Events that are shown, the newest last."""
 
@@ -34,7 +45,7 @@ def title(channel: Channel) -> str:
 
 def head(heading: Heading) -> str:
     """Return what the page has in its head: title, layout on a phone, names of the inputs for screen readers."""
-    return TEMPLATES.get_template("head.html").render(title=heading.title)
+    return TEMPLATES.get_template("head.html").render(heading=heading)
 
 
 def numbers(heading: Heading, frame: ViewFrame, state: str) -> str:
@@ -56,6 +67,33 @@ def numbers(heading: Heading, frame: ViewFrame, state: str) -> str:
 def found(verdicts: Verdicts | None, notes: Sequence[Note]) -> str:
     """Return findings and the last events."""
     return TEMPLATES.get_template("found.html").render(verdicts=verdicts, notes=notes[-LAST_NOTES:])
+
+
+def case(stands: CaseStands, side: Side) -> str:
+    """Return how a case stands, with a map of the hand that marks the digits to touch."""
+    return TEMPLATES.get_template("case.html").render(
+        case=stands, mirrored=side == "left", digits=DIGITS, touched=[Channel(one).title for one in stands.channels]
+    )
+
+
+def moves(text: str) -> str:
+    """Return what will move."""
+    return TEMPLATES.get_template("moves.html").render(text=text)
+
+
+def progress(moving: Moving) -> str:
+    """Return what the hand is doing, and the time left."""
+    return TEMPLATES.get_template("progress.html").render(moving=moving)
+
+
+def question(text: str) -> str:
+    """Return a question."""
+    return TEMPLATES.get_template("question.html").render(text=text)
+
+
+def lines(told: Sequence[str]) -> str:
+    """Return lines for the person at the hand."""
+    return TEMPLATES.get_template("lines.html").render(lines=told)
 
 
 def described(fault: Fault) -> str:

@@ -17,8 +17,9 @@ from viser import uplot
 from aero.channels import Channel
 from hil.view import panel
 from hil.view.access_token import guarding, new_token
+from hil.view.case_panel import CasePanel
 from hil.view.controls import Controls
-from hil.view.frame import Heading, Message, Note, Verdicts, ViewFrame
+from hil.view.frame import Heading, Message, Note, Verdicts, ViewEnd, ViewFrame
 from hil.view.scene import DrawnHand
 
 HOST = "127.0.0.1"
@@ -52,6 +53,7 @@ class Page:
         """
         self._heading, self._on_words = heading, on_words
         self._controls: Controls | None = None
+        self._case: CasePanel | None = None
         self._frames: deque[ViewFrame] = deque(maxlen=KEPT if heading.live else None)
         self._notes: list[Note] = []
         self._verdicts: Verdicts | None = None
@@ -66,7 +68,7 @@ class Page:
         with guarding(token, panel.head(heading)), redirect_stdout(StringIO()):
             self._server = viser.ViserServer(HOST, port, label="Aero Hand", verbose=False)
         self.url = f"http://{HOST}:{self._server.get_port()}/{token}"
-        """Address to open, with the token; the page shows the hand and cannot move it."""
+        """Address to open, with the token."""
         self._hand = DrawnHand(self._server, heading.side)
         self._build()
 
@@ -84,8 +86,10 @@ class Page:
                 self._notes.append(message)
             case Verdicts():
                 self._verdicts = message
-            case _:
+            case ViewEnd():
                 self._ended = True
+            case _ if self._case is not None:
+                self._case.show(message)
 
     def close(self) -> None:
         """Stop serving."""
@@ -123,6 +127,8 @@ class Page:
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(PANEL_PX)
+        if self._heading.asks:
+            self._case = CasePanel(gui, self._heading.side, self._on_words)
         self._numbers = gui.add_html("")
         self._time = gui.add_slider("Time, s", 0.0, 1.0, 0.01, 0.0)
         self._buttons = gui.add_button_group("", ("Play", "Pause", *(("Live",) if self._heading.live else ())))

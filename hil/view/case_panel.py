@@ -1,0 +1,91 @@
+"""The part of the page that a person at the hand works with: the step, the question, its buttons, and Stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import viser
+
+from hil.view import panel
+from hil.view.frame import ANSWER, STOP, Asked, CaseMessage, CaseStands, Moving, Told
+from model.geometry import Side
+
+LAST_TOLD = 4
+"""Lines that are shown, the newest last."""
+LONGEST = 1000
+"""Characters of a note that are passed on."""
+
+
+class CasePanel:
+    """Shows how a case stands, and says what the person answers."""
+
+    def __init__(self, gui: viser.GuiApi, side: Side, on_words: Callable[[str], object]) -> None:
+        """Add the panel below what the page has so far; `on_words` takes answers and Stop."""
+        self._gui, self._side, self._on_words = gui, side, on_words
+        self._told: list[str] = []
+        self._stopped = gui.add_html("")
+        with gui.add_form(None):
+            gui.add_button("Stop: open the hand", color="red").on_click(lambda _event: self._stop())
+        self._case = gui.add_html("")
+        self._moves = gui.add_html("")
+        self._bar = gui.add_progress_bar(0.0, visible=False)
+        self._lines = gui.add_html("")
+        self._question = gui.add_html("")
+        self._answers = gui.add_form(None)
+        self._inputs: list[viser.GuiButtonHandle | viser.GuiTextHandle] = []
+        self._asked = Asked(0)
+        self._answers.on_submit(lambda _event: self._note())
+
+    def show(self, message: CaseMessage) -> None:
+        """Take a message."""
+        match message:
+            case Asked():
+                self._ask(message)
+            case CaseStands():
+                self._case.content = panel.case(message, self._side)
+            case Moving():
+                if message.text:
+                    self._moves.content = panel.moves(message.text)
+                self._bar.visible = bool(message.doing) and message.part < 1.0
+                # mypy does not see a setter that stands apart from its getter.
+                self._bar.value = 100.0 * min(max(message.part, 0.0), 1.0)  # type: ignore[misc]
+                if message.doing:
+                    self._moves.content = panel.progress(message)
+            case Told():
+                self._told.append(message.text)
+                self._lines.content = panel.lines(self._told[-LAST_TOLD:])
+
+    def _ask(self, asked: Asked) -> None:
+        """Put the buttons of a question, or a field for a note, in place of those before."""
+        self._asked = asked
+        for one in self._inputs:
+            one.remove()
+        self._inputs = []
+        self._question.content = panel.question(asked.text)
+        if not asked.number:
+            return
+        with self._answers:
+            if not asked.labels:
+                self._inputs.append(self._gui.add_text("Note", ""))
+            for label in asked.labels or ("send",):
+                button = self._gui.add_button(label.capitalize())
+                button.on_click(partial(self._say, asked, label))
+                self._inputs.append(button)
+
+    def _say(self, asked: Asked, label: str, _event: object) -> None:
+        """Answer a question; one that was answered meanwhile has another number, and is left."""
+        if asked.labels:
+            self._on_words(f"{ANSWER} {asked.number} {label}")
+        else:
+            self._note()
+
+    def _note(self) -> None:
+        """Send the note, where one is asked for."""
+        asked, inputs = self._asked, self._inputs
+        if asked.number and not asked.labels and isinstance(inputs[0], viser.GuiTextHandle):
+            self._on_words(f"{ANSWER} {asked.number} {inputs[0].value[:LONGEST]}")
+
+    def _stop(self) -> None:
+        self._stopped.content = panel.question("Stopped: the hand opens, and the program ends.")
+        self._on_words(STOP)
