@@ -78,8 +78,8 @@ def calibrate_command(
             firmware=firmware,
             jobs=jobs,
             report=lambda line: console.print(line, style="dim"),
-            progress=lambda done, about: bar.update(
-                task, completed=done, total=about, description=f"replay {done} of about {about}"
+            progress=lambda done_s, about_s: bar.update(
+                task, completed=done_s, total=about_s, description=f"replayed {done_s:.0f} of about {about_s:.0f} s"
             ),
         )
     stopped = result.found.interrupted
@@ -101,6 +101,8 @@ def calibrate_command(
     else:
         console.print(f"the fit is unfinished; what it had found is in {out}, and is no unit of this hand")
         raise stopped
+    if not result.arrived:
+        console.print(f"The fit has not arrived: its numbers still moved. Go on from what it found: --start {out}")
     console.print(f"unit written to {out}; use it as `--unit {out}`")
 
 

@@ -52,6 +52,10 @@ COARSE_S = 2.0
 """Motions of each set of channels that the search begins with, s: steps there and back in a recording of ours."""
 
 
+ARRIVED, MOST_JACOBIANS = 0.2, 3
+"""Relative gain of an iteration on whole recordings below which a fit has arrived, and the most of them."""
+
+
 @dataclass(frozen=True)
 class Calibration:
     """A unit fitted to traces, and how well it predicts."""
@@ -68,6 +72,11 @@ class Calibration:
     held_out: list[Residuals]
     """Predicted less recorded, counts, of what was left out of a fit: lists by phase or part, then by trace. Empty
     when it was interrupted before."""
+
+    @property
+    def arrived(self) -> bool:
+        """Whether more iterations would hardly have changed it."""
+        return self.found.interrupted is None and self.found.gain < ARRIVED
 
     def channel_rms(self) -> Floats:
         """Return the fit's error by trace and channel, (traces, 7) counts rms, readings on their best phase."""
@@ -89,7 +98,7 @@ def calibrate(
     free: tuple[Free, ...] = FREE,
     jobs: int = 1,
     report: Report = lambda _line: None,
-    progress: Callable[[int, int], None] = lambda _done, _about: None,
+    progress: Callable[[float, float], None] = lambda _done_s, _about_s: None,
 ) -> Calibration:
     """Fit a unit to traces of one hand and test it on what was left out.
 
@@ -102,7 +111,7 @@ def calibrate(
         free: what is looked for, as far as the traces tell it.
         jobs: processes to spread the replays over.
         report: called with lines of progress.
-        progress: called after each replay with how many are done and about how many it takes.
+        progress: called after each replay with the seconds of recordings that were replayed, and about all of them.
 
     Raises:
         UnusableFileError: no traces, traces of a left hand, of several firmwares, or in which no channel moves.
@@ -115,25 +124,30 @@ def calibrate(
     if not moved:
         raise UnusableFileError("no channel moves in these; `aero-hil record --excite all` moves each of them")
     told_by = identifiable_parameters(free, moved, felt_otherwise(kept))
-    done = 0
+    done_s = about_s = 0.0
 
-    def replayed() -> None:
-        nonlocal done
-        done += 1
-        progress(done, max(about, done))
+    def replayed(trace: Trace) -> None:
+        nonlocal done_s
+        done_s += trace.seconds
+        progress(done_s, max(about_s, done_s))
 
     left_out: list[Residuals] = []
     hidden: list[Floats] = []
     with nullcontext() if jobs == 1 else worker_processes(jobs) as pool:
         model = UnitModel(start, kept, firmware, pool, told_by, replayed=replayed)
-        about = _replays(model)
         report(f"the first motions of each channel, {COARSE_S:.0f} s")
         # A Jacobian of whole recordings costs ten times as much, so that only the last one is of these.
         shortened = tuple(trace.shortened(COARSE_S) for trace in kept)
+        coarse_s, whole_s = (sum(trace.seconds for trace in of) for of in (shortened, kept))
+        about_s = coarse_s * _rounds(model, 3) + whole_s * _rounds(model, 1)
         found = search(replace(model, traces=shortened), report=report)
         if found.interrupted is None:
             report("whole recordings")
-            found = search(model, begin=found, iterations=1, report=report)
+            about_s = done_s + whole_s * _rounds(model, 1)
+            found = search(model, begin=found, iterations=MOST_JACOBIANS, worth=ARRIVED, report=report)
+            about_s = done_s + whole_s * (len(slope_groups(KEPT)) + 1)
+            if found.interrupted is None and found.gain >= ARRIVED:
+                report(f"the fit has not arrived: its last iteration still gained {found.gain:.0%}")
         fitted = replace(model, start=model.unit(found.x), free=KEPT)
         try:
             if found.interrupted is None:
@@ -156,10 +170,10 @@ def calibrate(
     return Calibration(model.unit(found.x), kept, firmware, known, from_readings, found, left_out)
 
 
-def _replays(model: UnitModel) -> int:
-    """Return about how many replays a calibration takes: three Jacobians, and that of the kept numbers."""
-    slopes, kept, phases = len(slope_groups(model.free)), len(slope_groups(KEPT)), len(model.phases_s)
-    return len(model.traces) * (2 * phases + 3 * (slopes + STEPS + 2) + kept + 1)
+def _rounds(model: UnitModel, jacobians: int) -> int:
+    """Return about how often a search of so many Jacobians replays all traces; the kept numbers' too for the last."""
+    slopes, phases = len(slope_groups(model.free)), len(model.phases_s)
+    return phases + jacobians * (slopes + STEPS + 2) + (len(slope_groups(KEPT)) + 1 if jacobians == 1 else 0)
 
 
 def _one_firmware(traces: Sequence[Trace], asked: str | None) -> str:

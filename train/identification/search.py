@@ -54,12 +54,19 @@ class Found:
     slopes: list[Floats]
     """Per trace (m, 7, p), change of the residuals with the free numbers, where the last iteration began; empty when it
     was interrupted before."""
+    gain: float = 0.0
+    """Relative gain of the last iteration."""
     interrupted: BaseException | None = None
     """Ctrl-C or a termination that came; the numbers are the best until then."""
 
 
 def search(
-    model: UnitModel, *, begin: Found | None = None, iterations: int = 3, report: Report = lambda _line: None
+    model: UnitModel,
+    *,
+    begin: Found | None = None,
+    iterations: int = 3,
+    worth: float = CONVERGED,
+    report: Report = lambda _line: None,
 ) -> Found:
     """Return the free numbers that predict the traces of a model best, and the slopes on the way there.
 
@@ -69,6 +76,7 @@ def search(
         model: what predicts.
         begin: numbers and phases that a coarser model of the same traces found; the start and any phase when None.
         iterations: at most so many Jacobians.
+        worth: relative gain of an iteration that is worth another.
         report: called with lines of progress.
     """
     n, grid, far = len(model.traces), model.phases_s, begin is None
@@ -90,7 +98,8 @@ def search(
             if not far:
                 near_s /= 2.0
                 found = _rephased(model, found, [[phase + d for phase in found.phases_s] for d in (-near_s, near_s)])
-            if found.phases_s == settled and before - _objective(model, found, noise) < CONVERGED * before:
+            found = replace(found, gain=1.0 - _objective(model, found, noise) / before)
+            if found.gain < worth and (found.phases_s == settled or begin is not None):
                 break
         report(f"found: {pooled_rms(found.residuals):.2f} counts")
         return found

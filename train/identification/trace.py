@@ -95,6 +95,11 @@ class Trace:
         if np.any(np.diff(self.t_command) < 0) or np.any(np.diff(self.t_read) < 0):
             raise ValueError(f"{self.name}: times must not run backwards")
 
+    @property
+    def seconds(self) -> float:
+        """How long it lasts, s."""
+        return float(max(self.t_command[-1], self.t_read[-1]) - min(self.t_command[0], self.t_read[0]))
+
     def at_rest(self) -> NDArray[np.bool_]:
         """Return which readings are of a channel that has been told to be open for `SETTLED_S`, (m, 7)."""
         opened = self.codes <= OPEN * MAX_CODE

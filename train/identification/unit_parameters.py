@@ -165,8 +165,8 @@ class UnitModel:
     """Where replays run; in this process when None."""
     free: tuple[Free, ...] = FREE
     phases_s: tuple[float, ...] = PHASES_S
-    replayed: Callable[[], None] = lambda: None
-    """Called after each replay."""
+    replayed: Callable[[Trace], None] = lambda _trace: None
+    """Called after each replay with its trace."""
 
     def unit(self, x: Floats) -> Unit:
         """Return the unit that free numbers (p,) stand for."""
@@ -184,10 +184,11 @@ class UnitModel:
         units = [self.unit(numbers) for numbers in x]
         each = self.pool.map if self.pool else map
         missed = []
-        traces = islice(cycle(self.traces), len(units))
-        for one in each(_misses, traces, units, [self.firmware] * len(units), phases_s):
+        traces = list(islice(cycle(self.traces), len(units)))
+        found = each(_misses, traces, units, [self.firmware] * len(units), phases_s)
+        for trace, one in zip(traces, found, strict=True):
             missed.append(one)
-            self.replayed()
+            self.replayed(trace)
         return missed
 
 

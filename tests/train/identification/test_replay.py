@@ -1,4 +1,5 @@
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -145,8 +146,9 @@ def test_a_single_recording_is_scored_on_parts_left_out_and_only_what_it_moves_i
     result = calibrate([trace], REFERENCE, free=FRICTION, progress=lambda *at: seen.append(at))
     assert sum(len(part[0]) for part in result.held_out) == len(trace.t_read)
     assert held_out_rms(result.held_out) < 12.0
-    assert [done for done, _ in seen] == list(range(1, len(seen) + 1))
+    assert all(before < after for (before, _), (after, _) in pairwise(seen))
     assert all(done <= about for done, about in seen)
+    assert sum(done == about for done, about in seen) < 0.2 * len(seen)
     low, high = result.intervals["hand.spool_friction"]
     moving = [*FINGERS, Channel.THUMB_FLEXOR]
     assert [channel for channel in Channel if low[channel] < high[channel]] == moving

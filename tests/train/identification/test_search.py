@@ -101,6 +101,13 @@ def test_a_search_goes_on_from_what_a_coarser_model_found():
     assert [len(r) for r in found.residuals] == list(toy.lengths)
 
 
+def test_a_search_goes_on_while_an_iteration_gains_enough_and_says_how_much_the_last_one_did():
+    far = search(Toy((12, 16, 8, 10)), iterations=0)
+    once, more = (search(Toy(), begin=far, iterations=most, worth=0.1) for most in (1, 10))
+    assert once.gain > 0.1 > more.gain
+    assert pooled_rms(more.residuals) < pooled_rms(once.residuals)
+
+
 @given(st.floats(0.0, 0.999), st.floats(1.0, 30.0))
 def test_rounding_tells_nothing_of_a_number(unfelt, felt):
     """A replay reads whole counts: a number that changes them by less than one has no slope, a larger one its own."""
