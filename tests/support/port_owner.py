@@ -1,0 +1,134 @@
+"""An owner at a terminal: reads the prompts of `diagnose`, types answers, and does the steps to a hand of `emulate`.
+
+Nothing is known but what both print. `emulate` stands for the hand: what is typed into it is done to the hand, and what
+it prints then is what hands, eyes and instruments find.
+"""
+
+import re
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager
+from queue import Queue
+
+from owner import sees
+from pages import environment
+
+from aero.channels import Channel
+from hil.checks.shared.subjects import subject_words
+
+SHOWN_S = 30
+"""Longest time until a hand shows what was done to it, s."""
+DOES = (
+    (r"Exchange the servo", "exchange_servos {0} {1}"),
+    (r"reseat every plug", "power_off;replace bus;power_on"),
+    (r"another supply", "power_off;replace supply;power_on"),
+    (r"another short USB cable", "replace usb"),
+    (r"Flash the named|Put another board", "replace board"),
+    (r"[Tt]ake everything out", "power_off;let_go;power_on"),
+    (r"Switch the hand's supply off", "power_off;power_on"),
+)
+"""Text of a step to what its reader does; `{0}` is the first digit that it names. Other steps change nothing."""
+LOOKS = (
+    (r"Bend|Swing", "feel {0}"),
+    (r"Look along the cable", "look {0}"),
+    (r"version was flashed", "flashed"),
+    (r"the voltage", "voltage"),
+    (r"bus adapter", "registers"),
+    (r"take away", "let_go"),
+)
+"""Text of a question to what its reader looks at."""
+
+
+class ServedHand:
+    """A hand of `emulate`."""
+
+    def __init__(self, process):
+        self._process, self._said = process, Queue()
+        threading.Thread(target=self._hear, daemon=True).start()
+
+    def _hear(self):
+        for line in self._process.stderr:
+            self._said.put(line.strip())
+
+    def do(self, words):
+        """Do something to it; return what is then shown."""
+        while not self._said.empty():
+            self._said.get()
+        self._process.stdin.write(f"{words}\n")
+        self._process.stdin.flush()
+        return self._said.get(timeout=SHOWN_S)
+
+
+@contextmanager
+def served(link, *options):
+    """A hand on a port, until the end."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "aero_hil", "emulate", "--link", str(link), "--prompt", *options],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(),
+    ) as process:  # fmt: skip
+        try:
+            while not (line := process.stdout.readline()).startswith("ready"):
+                assert line, process.stderr.read()
+            yield ServedHand(process)
+        finally:
+            process.terminate()
+
+
+def first_run(folder, link, *options):
+    """Validate the hand of a port; returns exit code and output."""
+    ran = subprocess.run(
+        [sys.executable, "-m", "aero_hil", "validate", "--hil", str(link), "--out", str(folder), *options],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment(), check=False,
+    )  # fmt: skip
+    return ran.returncode, ran.stdout
+
+
+def diagnosed(folder, link, hand, *, named=""):
+    """Go through a case; returns exit code and all that was printed.
+
+    `named` is what the owner told the program of the board: `0.2.0, for a right hand`.
+    """
+    with subprocess.Popen(
+        [sys.executable, "-m", "aero_hil", "diagnose", str(folder), "--hil", str(link)],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment(),
+    ) as process:  # fmt: skip
+        said, step = "", ""
+        while (prompt := _until_asked(process.stdout)) is not None:
+            said += prompt
+            step = re.sub(r"\s+", " ", said.rpartition("next step")[2])
+            process.stdin.write(f"{_answer(hand, prompt, step, named)}\n")
+            process.stdin.flush()
+        said += process.stdout.read()
+    return process.returncode, said
+
+
+def _until_asked(out):
+    text = ""
+    while not text.endswith("> "):
+        if not (char := out.read(1)):
+            return None
+        text += char
+    return text
+
+
+def _answer(hand, prompt, step, named):
+    asked = re.sub(r"\s+", " ", prompt)
+    if "y yes" in asked:
+        question = asked if "take away" in asked else step
+        seen = hand.do(_words(LOOKS, question))
+        return "y" if sees(f"{seen}; named: {named}" if "flashed" in seen else seen) else "n"
+    if "Enter done" in asked:
+        for words in filter(None, _words(DOES, step).split(";")):
+            hand.do(words)
+    return ""
+
+
+def _words(table, text):
+    named = sorted(
+        (text.find(subject_words(channel.label)), channel.label)
+        for channel in Channel
+        if subject_words(channel.label) in text
+    )
+    digits = [label for _, label in named]
+    return next((words.format(*digits) for pattern, words in table if re.search(pattern, text)), "")
