@@ -27,7 +27,7 @@ from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import CASE, StoredCase, read_case, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.diagnosis import NextStep
-from hil.verdict.failures import HANDS_FAULT
+from hil.verdict.failures import HANDS_FAULT, RUN
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.rerun import Plan, rerun
@@ -181,9 +181,10 @@ class CaseSession:
         """Ask until the step is done, or let it be done; return whether it was."""
         if (helper := self._hand.helper) is None:
             return self._asker.ask(Choice(READY, (DONE, NOT_DONE))) is not StepOutcome.SKIPPED
-        if self._asker.ask(Choice(READY, (Option("do it for me", False), Option("done", True, "d")))) is False:
+        helped = Choice(READY, (Option("do it for me", StepOutcome.UNSURE), replace(DONE, key="d"), NOT_DONE))
+        if (answer := self._asker.ask(helped)) is StepOutcome.UNSURE:
             self._asker.tell(f"done       {helper.do(proposal)}")
-        return True
+        return answer is not StepOutcome.SKIPPED
 
     def _taken(self, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
         """Let the person do a step, and return what came of it, None where a run does not tell, and the note."""
@@ -201,11 +202,13 @@ class CaseSession:
             with self._opened() as opened:
                 folder.mkdir(exist_ok=True)
                 done = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
-        except SafetyStopError as error:
-            # Known only when the hand is closed; what was measured stands.
-            if done is None:
+        except (SafetyStopError, NoHandError) as error:
+            if done is None and not any(key[0] == RUN for key in self.case.before.off):
                 raise
             self._asker.tell(str(error))
+            if done is None:  # what ended the run ends this one before its beginning
+                return StepOutcome.STAYS, ""
+            # Known only when the hand is closed; what was measured stands.
         outcome, run = done
         # It belongs to this case, and opens none of its own.
         go_on = NextStep(

@@ -31,7 +31,7 @@ ACTS: dict[str, Sequence[str]] = {
     "cable": ("replace usb",),
     "plugs": ("power_off", "replace bus", "power_on"),
     "supply": ("power_off", "replace supply", "power_on"),
-    "flash": ("replace board",),
+    "flash": ("flash",),
     "board": ("replace board",),
     "exchange": ("exchange_servos {at} {beside}",),
 }
@@ -69,13 +69,14 @@ class EmulatedCaseHand:
 
     def see(self, proposal: Proposal) -> str:
         """Look, measure or read as a step says, and return what is seen."""
+        bench = self.bench.workbench
         looks: dict[str, Callable[[], str]] = {
-            "home": self.bench.workbench.let_go,
-            "bend": lambda: self._look(proposal),
-            "inspect": lambda: self._look(proposal),
+            "home": bench.let_go,
+            "bend": lambda: self._each(bench.feel, proposal),
+            "inspect": lambda: self._each(bench.look, proposal),
             "voltage": self._measure,
             "version": self._version,
-            "registers": self.bench.workbench.registers,
+            "registers": bench.registers,
         }
         return looks[proposal.step.name]()
 
@@ -85,9 +86,10 @@ class EmulatedCaseHand:
             if done.outcome is not StepOutcome.SKIPPED:
                 self.do(done.proposal)
 
-    def _look(self, proposal: Proposal) -> str:
+    @staticmethod
+    def _each(find: Callable[[Channel], str], proposal: Proposal) -> str:
         places = [one for one in (proposal.at, proposal.beside) if one is not None]
-        return "; ".join(map(self.bench.workbench.look, places))
+        return "; ".join(map(find, places))
 
     def _measure(self) -> str:
         bench, least = self.bench.workbench, self.bench.workbench.volts()
@@ -98,8 +100,9 @@ class EmulatedCaseHand:
             while self.clock.now() < until:
                 self.clock.sleep_until(self.clock.now() + READS_S)
                 least = min(least, bench.volts())
-        gives = bench.assembly.healthy.servos.voltage
-        return f"{rest:.2f} V with the hand open, {least:.2f} V while the fingers close; the supply gives {gives:.1f} V"
+        healthy = bench.assembly.healthy
+        gives = healthy.servos.voltage * healthy.hand.supply_ratio
+        return f"{rest:.2f} V with the hand open, {least:.2f} V while the fingers close; the supply gives {gives:.2f} V"
 
     def _version(self) -> str:
         return f"{self.bench.workbench.flashed()}; named: {self.spec.firmware}, for a {self.spec.side} hand"

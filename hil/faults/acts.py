@@ -46,8 +46,10 @@ ACTS: dict[str, HandAct] = {
     "replace": HandAct(("PART", "[CHANNEL]"), "replace a part", Workbench.replace),
     "bend": HandAct(("CHANNEL",), "bend a digit by hand", Workbench.bend),
     "turn": HandAct(("CHANNEL",), "turn a spool by hand, its torque off", Workbench.turn),
-    "look": HandAct(("CHANNEL",), "bend a digit and look at it", Workbench.look),
-    "registers": HandAct((), "read all servos on a bus adapter", Workbench.registers),
+    "feel": HandAct(("CHANNEL",), "bend a digit, supply off", Workbench.feel),
+    "look": HandAct(("CHANNEL",), "look along a cable", Workbench.look),
+    "registers": HandAct((), "read the servos on a bus adapter", Workbench.registers),
+    "flash": HandAct((), "flash the declared firmware", Workbench.flash),
     "flashed": HandAct((), "look which firmware is on the board", Workbench.flashed),
     "voltage": HandAct((), "measure the supply", Workbench.voltage),
 }

@@ -6,17 +6,15 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from aero.channels import Channel
-from firmware_emulator.servo.models import REGISTERS
 from hil.faults.assembly import HandAssembly
 from hil.faults.fault import Injection
 from hil.faults.mechanics import JOINTS
-from hil.faults.servo import servo_of
 from hil.faults.winding import NEIGHBOUR
 
 
 @dataclass(frozen=True)
 class Noticed:
-    """What a person notices of a digit that is bent and looked at, beside how it was when it was well."""
+    """Something that a person notices of a digit that is bent."""
 
     field: str
     """Of `model.units`' hand."""
@@ -29,32 +27,44 @@ NOTICED = (
     Noticed("joint_friction", "it bends with more resistance", lambda now, was: now > was + 0.04),
     Noticed("spring_open", "it springs back otherwise", lambda now, was: abs(now - was) > 0.35 * was),
     Noticed("closed_stop", "it stops elsewhere", lambda now, was: abs(now - was) > 0.12),
-    Noticed("cable_take_up", "its cable is slack or tight", lambda now, was: abs(now - was) > 4e-3),
 )
-"""Friction, N m; springs; stops, rad; a slack cable, m."""
-MOVES = ("goal_position", "goal_speed", "goal_torque", "acceleration")
-"""Registers that the board writes while it moves the hand."""
-FEEDBACK = REGISTERS["present_position"].address
-"""Registers from here on are measurements."""
-MOST = 5
-"""Servos that are set alike, of seven, where one differs."""
-ALIKE = "nothing differs"
+"""Friction, N m; springs; stops, rad."""
+SLACK_M = 4e-3
+"""Length of cable that is seen to be slack or tight, m."""
+NOT_SET = 0
+"""Secondary ID of a servo that has none."""
+SAME = "nothing differs"
 
 
-def seen_of_digit(assembly: HandAssembly, wound: Iterable[Channel], channel: Channel) -> tuple[str, ...]:
-    """Return what differs of a digit that is bent by hand and looked at; empty for nothing.
-
-    `wound` are the channels whose cables lie otherwise on their spools.
-    """
+def felt_of_digit(assembly: HandAssembly, channel: Channel) -> tuple[str, ...]:
+    """Return what differs of a digit that is bent by hand, beside how it was when healthy; empty for nothing."""
     now, was = assembly.unit.hand, assembly.healthy.hand
-    found = []
-    for one in NOTICED:
-        places = [channel] if len(getattr(was, one.field)) == len(Channel) else JOINTS[channel]
-        if any(one.differs(getattr(now, one.field)[place], getattr(was, one.field)[place]) for place in places):
-            found.append(one.words)
-    if channel in wound:
-        found.append("its cable lies otherwise on its spool")
-    return tuple(found)
+    return tuple(
+        one.words
+        for one in NOTICED
+        if any(one.differs(getattr(now, one.field)[at], getattr(was, one.field)[at]) for at in JOINTS[channel])
+    )
+
+
+def seen_of_cable(assembly: HandAssembly, wound: Iterable[Channel], channel: Channel) -> tuple[str, ...]:
+    """Return what differs of a cable that is looked at from spool to tip; `wound` are those that lie otherwise."""
+    longer_m = assembly.unit.hand.cable_take_up[channel] - assembly.healthy.hand.cable_take_up[channel]
+    found = [f"its cable is {'slack' if longer_m > 0 else 'tight'}"] if abs(longer_m) > SLACK_M else []
+    return (*found, *(("its cable lies otherwise on its spool",) if channel in wound else ()))
+
+
+def odd_on_bus(assembly: HandAssembly) -> tuple[str, ...]:
+    """Return which IDs do not answer a bus adapter, and which answer twice."""
+    answering = []
+    for servo in assembly.hand.servos:
+        if servo.silent_until <= assembly.now() and servo.memory.get("baud") == servo.model.places["baud"].default:
+            own, other = servo.memory.get("id"), servo.memory.get("secondary_id")
+            answering += [own, *([other] if other not in (own, NOT_SET) else [])]
+    silent = [f"ID {number} does not answer" for number in range(len(Channel)) if number not in answering]
+    return (
+        *silent,
+        *(f"ID {number} answers twice" for number in sorted(set(answering)) if answering.count(number) > 1),
+    )
 
 
 def cables_of(fault: Injection) -> tuple[Channel, ...]:
@@ -64,29 +74,6 @@ def cables_of(fault: Injection) -> tuple[Channel, ...]:
     )
 
 
-def odd_registers(assembly: HandAssembly) -> tuple[str, ...]:
-    """Return which servos are set otherwise than most, register by register, and IDs that are there twice."""
-    memories = {channel: servo_of(assembly.hand, channel).memory for channel in Channel}
-    ids = [memory.get("id") for memory in memories.values()]
-    found = [f"the ID {number} is there twice" for number in sorted(set(ids)) if ids.count(number) > 1]
-    rows = [name for name, row in REGISTERS.items() if row.address < FEEDBACK and name not in ("id", *MOVES)]
-    for name in rows:
-        values = [memory.get(name) for memory in memories.values()]
-        usual = max(values, key=values.count)
-        if values.count(usual) >= MOST:
-            odd = [(channel, value) for channel, value in zip(memories, values, strict=True) if value != usual]
-            found += [f"{channel.label}: {name} is {value}, {usual} in the others" for channel, value in odd]
-    return tuple(found)
-
-
-def volts_off(assembly: HandAssembly, volts: float) -> float:
-    """Return by what share a meter shows another voltage than a healthy supply would give under the same load."""
-    now, was = assembly.unit.hand, assembly.healthy.hand
-    lost = 1.0 - assembly.mechanics.compiled.supply / now.supply_ratio
-    usual = was.supply_ratio * (1.0 - (lost * was.supply_sag / now.supply_sag if now.supply_sag else 0.0))
-    return volts / (assembly.healthy.servos.voltage * usual) - 1.0
-
-
 def in_words(what: str, found: Sequence[str]) -> str:
     """Return what was found, for people."""
-    return f"{what}: {'; '.join(found) or ALIKE}"
+    return f"{what}: {'; '.join(found) or SAME}"

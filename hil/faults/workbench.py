@@ -17,7 +17,7 @@ from hil.faults.assembly import Active, HandAssembly
 from hil.faults.by_hand import TOUCH_S, bend, turn, unloaded
 from hil.faults.fault import AssemblyStage, FaultLayer, Injection, Part
 from hil.faults.host import refuse_at_a_port
-from hil.faults.inspection import cables_of, in_words, odd_registers, seen_of_digit
+from hil.faults.inspection import cables_of, felt_of_digit, in_words, odd_on_bus, seen_of_cable
 from hil.faults.mechanics import JOINTS, with_values
 from hil.faults.schedule import Schedule, refuse_rivals
 from model import BuiltHandPlant
@@ -28,6 +28,8 @@ FIRES_ITSELF = (FaultLayer.BUS, FaultLayer.LINK, FaultLayer.HOST)
 """Layers whose faults have an effect only when bytes come their way."""
 TOUCHING = (FaultLayer.CABLE, FaultLayer.JOINT)
 """Layers in which a fault of the set-up is something that touches the hand."""
+FLASHED = (FaultLayer.FIRMWARE, FaultLayer.BOARD)
+"""Layers of what the board's program does."""
 BEFORE_THE_BOARD = (Part.COMPUTER, Part.DRIVER, Part.USB)
 """Parts that are replaced with the hand's power on."""
 OF_A_SERVO = ("rotor_inertia", "spool_damping", "spool_friction")
@@ -280,18 +282,29 @@ class Workbench:
         turn(self.assembly, channel, self._note)
         return self._note(f"turning the spool of {channel.label} by hand for {TOUCH_S:g} s, its torque off")
 
+    def feel(self, channel: Channel) -> str:
+        """Bend a digit by hand, its supply off, and say what differs from how it was."""
+        return self._note(in_words(f"bent {channel.label}", felt_of_digit(self.assembly, channel)))
+
     def look(self, channel: Channel) -> str:
-        """Bend a digit by hand and look at it, and say what differs from how it was."""
+        """Look along a cable, and say what differs from how it was."""
         wound = [c for one in self._present if one.fault.layer is FaultLayer.WINDING for c in cables_of(one)]
-        return self._note(in_words(f"looked at {channel.label}", seen_of_digit(self.assembly, wound, channel)))
+        return self._note(in_words(f"looked at {channel.label}", seen_of_cable(self.assembly, wound, channel)))
 
     def registers(self) -> str:
-        """Read each servo on a bus adapter, and say which is set otherwise than most."""
-        return self._note(in_words("read the registers", odd_registers(self.assembly)))
+        """Read the servos on a bus adapter, and say which IDs do not answer or answer twice."""
+        return self._note(in_words("read the bus", odd_on_bus(self.assembly)))
 
     def flashed(self) -> str:
         """Look which firmware is on the board."""
         return self._note(f"flashed: {self.assembly.firmware}, for a {self.assembly.board_side} hand")
+
+    def flash(self) -> str:
+        """Flash the declared firmware on this board: what its program does wrong is gone, what is broken stays."""
+        for fault in [one for one in self._present if one.fault.layer in FLASHED]:
+            self._take(fault)
+        self.hand.reset("power_on")
+        return self._note("flashed the board")
 
     def set_aside(self, *parts: Part) -> None:
         """Use other parts for a while; `put_back` ends it."""

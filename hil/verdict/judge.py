@@ -22,7 +22,7 @@ from hil.targets.boot_text import identify
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, experiments_that_failed
 from hil.verdict.diagnosis import Diagnosis, NextStep, command_again, command_of_case
-from hil.verdict.failures import Failures
+from hil.verdict.failures import HANDS_FAULT, Failures
 from hil.verdict.findings import Finding, Why, Withheld, failed
 from hil.verdict.firmware_version import reads_as
 from hil.verdict.judged_run import Result, Validation
@@ -140,7 +140,9 @@ class Judge:
             return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
         signs = self.signs_of(run)
         found = isolate(signs)
-        ran = (*run.results, *(cut.header.experiment for cut in run.end.cut))
+        # A stop before the first sample leaves no recording; what it ended shows the failure all the same.
+        ended = (run.end.at,) if run.end.kind in HANDS_FAULT and run.end.at in EXPERIMENTS else ()
+        ran = tuple(dict.fromkeys((*run.results, *(cut.header.experiment for cut in run.end.cut), *ended)))
         case = DiagnosisCase(
             signs.failures,
             found.strong,

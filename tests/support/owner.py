@@ -6,7 +6,7 @@ each answer follows from what was shown, and no fault is asked for.
 
 import re
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -31,6 +31,8 @@ from hil.verdict.validation import validate
 
 OFF = 0.05
 """Share by which a voltage is off, for an owner who reads a meter."""
+REST_S = 120.0
+"""Time between homing and the first run, in which servos cool down, s."""
 TRIES = 3
 """How often an owner lets a run be repeated that says nothing about the hand."""
 
@@ -50,8 +52,7 @@ class Owner:
             return ""
         answers = {option.label: option.answer for option in question.options}
         if "yes" in answers:
-            seen = self._seen if "cable" in question.text else re.sub("its cable[^;]*", "nothing differs", self._seen)
-            return answers["yes" if sees(seen) else "no"]
+            return answers["yes" if sees(self._seen) else "no"]
         return question.options[0].answer
 
     def show(self, case):
@@ -80,7 +81,7 @@ def sees(text):
         return any(abs(volts / usual - 1.0) > OFF for volts in measured)
     if flashed := re.search("flashed: (.*); named: (.*)", text):
         return flashed[1] != flashed[2]
-    if looked := re.findall(r"looked at \w+: ([^;]*)", text):
+    if looked := re.findall(r"(?:bent|looked at) \w+: ([^;]*)", text):
         return looked[0] != "nothing differs"
     return not text.endswith("nothing differs") and "nothing to take" not in text
 
@@ -133,6 +134,9 @@ def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, side:
         folder, hand, owner = Path(name), EmulatedCaseHand(standing), Owner()
         found, busy, ended, session = True, False, "", None
         try:
+            with suppress(SafetyStopError), hand.open():  # it homes, as the README says, and rests
+                pass
+            hand.clock.sleep_until(hand.clock.now() + REST_S)
             with hand.open() as target:
                 run = validate(target)
             found, busy = not run.passed, run.end.kind is EndKind.HOST_BUSY

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from aero import Channel
 from aero.channels import WIRE_ORDER
 from hil import GroundTruth, open_target
-from hil.faults import CATALOGUE
+from hil.faults import CATALOGUE, parse_fault
 from hil.faults.acts import ACTS
 from hil.faults.bench import HandBench, next_act
 from hil.faults.fault import Part
@@ -261,3 +261,26 @@ def test_every_act_is_undone(target, act):
     assert target.get(HandBench).state().acts != before
     target.get(HandBench).restore(before)
     assert target.get(HandBench).state().acts == before
+
+
+@pytest.mark.parametrize(
+    ("fault", "act", "shown"),
+    [
+        (None, "feel ring", "bent ring: nothing differs"),
+        (None, "look ring", "looked at ring: nothing differs"),
+        (None, "registers", "read the bus: nothing differs"),
+        ("digit_jammed:ring", "feel ring", "bent ring: it bends with more resistance"),
+        ("digit_jammed:ring", "feel pinky", "bent pinky: nothing differs"),
+        ("spring_off:index=1", "feel index", "bent index: it springs back otherwise"),
+        ("cable_snapped:middle", "look middle", "looked at middle: its cable is slack"),
+        ("cable_snapped:middle", "feel middle", "bent middle: nothing differs"),
+        ("winding_reversed:ring", "look ring", "looked at ring: its cable lies otherwise on its spool"),
+        ("servo_missing:pinky", "registers", "read the bus: ID 6 does not answer"),
+        ("servo_id_doubled:ring", "registers", "read the bus: ID 5 does not answer; ID 6 answers twice"),
+        ("motor_dead:ring", "feel ring", "bent ring: nothing differs"),
+        ("board_runs_0.1.5", "flashed", "flashed: 0.1.5, for a right hand"),
+    ],
+)
+def test_hands_eyes_and_instruments_find_what_they_can(fault, act, shown):
+    with open_target(faults=[parse_fault(fault)] if fault else []) as target:
+        assert target.act(act) == shown
