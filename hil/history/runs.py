@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from aero.regular_file import read_json
 from hil.checks import Measured
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_file import read_header
@@ -90,7 +90,7 @@ def _run(folder: Path) -> HandRun:
         raise UnusableFileError("holds no recording, so that its date is not known")
     if not header.started:
         raise UnusableFileError("its recordings have no date")
-    checks: Mapping[str, Any] = json.loads((folder / "checks.json").read_text(encoding="utf-8"))
+    checks: Mapping[str, Any] = read_json(folder / "checks.json", baseline.LARGEST_BYTES)
     return HandRun(
         folder, datetime.fromisoformat(header.started), header, stored.measured, checks["passed"] is True, _done(folder)
     )

@@ -1,7 +1,7 @@
 import logging
 
 import pytest
-from lerobot_robot_aero.opening import opened
+from lerobot_robot_aero.opening import opened, spec_of
 
 from lerobot_robot_aero import AeroHandRobotConfig
 
@@ -26,3 +26,11 @@ def test_a_hand_on_a_port_takes_no_faults():
 def test_what_is_unknown_is_named(option, message):
     with pytest.raises(ValueError, match=message), opened(AeroHandRobotConfig(port="emulated", **option), guarded=True):
         pass
+
+
+def test_what_hands_toml_says_of_a_name_counts_over_the_defaults(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hands.toml").write_text('[bench]\nport = "/dev/ttyACM7"\nside = "left"\nfirmware = "0.1.5"\n')
+    spec = spec_of(AeroHandRobotConfig(port="bench"))
+    assert (spec.target, spec.side, spec.firmware) == ("/dev/ttyACM7", "left", "0.1.5")
+    assert spec_of(AeroHandRobotConfig(port="bench", side="right")).side == "right"
