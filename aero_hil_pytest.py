@@ -31,8 +31,7 @@ def _seed(text: str) -> int:
     return int(text)
 
 
-_TAKEN = pytest.StashKey[list[str]]()
-OPTIONS = PluginOptions("aero-hil", "Aero Hand Open", taken=_TAKEN, options={
+OPTIONS = PluginOptions("aero-hil", "Aero Hand Open", taken=pytest.StashKey[list[str]](), options={
     "hil": {
         "metavar": "TARGET",
         "default": "emulated",
@@ -310,11 +309,7 @@ def _fault_texts(item: pytest.Item) -> tuple[str, ...]:
 
 
 def _shared(config: pytest.Config) -> SharedHand:
-    """Return the hand of the session, opened by the first who asks.
-
-    Raises:
-        UsageError: it cannot be opened.
-    """
+    """Return the hand of the session, opened by the first who asks; raises UsageError where it cannot be."""
     if _SHARED not in config.stash:
         opened = ExitStack()
         try:
