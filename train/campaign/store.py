@@ -116,6 +116,9 @@ class Store:
             )
 
 
+INTERRUPTED = "Query interrupted"
+
+
 @contextmanager
 def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
     """Open the store in a folder, which is made when it is not there.
@@ -137,12 +140,23 @@ def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
         connection = duckdb.connect(str(path), read_only=read_only)
     except duckdb.Error as error:
         raise StoreError(f"cannot open the campaign {path}: {_line(error)}") from error
-    with closing(connection):
+    with closing(connection), _interruptible():
         with _read(path):
             if not read_only:
                 connection.execute(_TABLES)
             store = Store(connection, path)
         yield store
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Turn the error that DuckDB makes of Ctrl-C in a query into Python's."""
+    try:
+        yield
+    except RuntimeError as error:
+        if INTERRUPTED not in str(error):
+            raise
+        raise KeyboardInterrupt from error
 
 
 @contextmanager

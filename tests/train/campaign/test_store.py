@@ -82,3 +82,8 @@ def test_a_folder_whose_name_is_not_text_is_one_line(tmp_path):
     folder = tmp_path / "caf\udce9"
     with pytest.raises(StoreError, match="UTF-8"), opened(folder):
         pass
+
+
+def test_ctrl_c_in_a_query_is_ctrl_c(tmp_path):
+    with pytest.raises(KeyboardInterrupt), opened(tmp_path):
+        raise RuntimeError("Query interrupted")
