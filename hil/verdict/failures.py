@@ -27,8 +27,10 @@ STOPS = {
     SafetyReason.MOTION_AT_REST: EvidenceKind.TRAVEL,
     SafetyReason.STILL_CLOSED: EvidenceKind.TRAVEL,
     SafetyReason.UNWATCHED: EvidenceKind.STALL,
+    SafetyReason.SILENT: EvidenceKind.BYTES,
+    SafetyReason.LINK_LOST: EvidenceKind.BYTES,
 }
-"""Evidence of a guard stop, on the channel that the guard names; of any other end, `EvidenceKind.BYTES`."""
+"""Evidence of a guard stop, on the channel that the guard names; other stops are of the program."""
 ENDED = "ended"
 BY_CHANCE = {EvidenceKind.BYTES, EvidenceKind.TEXT, EvidenceKind.STALL, EvidenceKind.RESTART}
 """Evidence of an event, which a second run of the same hand may miss."""
@@ -39,7 +41,7 @@ KINDS: Mapping[tuple[str, str], EvidenceKind] = (
         for metric in measuring.metrics
         if metric.evidence is not None
     }
-    | {(RUN, reason.value): STOPS.get(reason, EvidenceKind.BYTES) for reason in SafetyReason}
+    | {(RUN, reason.value): kind for reason, kind in STOPS.items()}
     | {(RUN, ENDED): EvidenceKind.BYTES}
 )
 
@@ -67,7 +69,7 @@ class Failures:
         found = excesses(numbers, limits)
         known = {key: excess for key, excess in found.items() if excess is not None}
         off = {key: excess for key, excess in known.items() if out_of_limits(excess)}
-        if end.kind in HANDS_FAULT:
+        if end.kind in HANDS_FAULT and (end.stop is None or end.stop in STOPS):
             what = ENDED if end.stop is None else end.stop.value
             off[RUN, what, "hand" if end.channel is None else end.channel.label] = BEYOND_GIVEN
         return cls(off, frozenset(known))
@@ -92,6 +94,16 @@ class Failures:
     def kinds(self, subject: str) -> frozenset[EvidenceKind]:
         """Return the kinds of evidence on a subject."""
         return frozenset(piece.kind for piece in self.pieces if piece.subject == subject)
+
+    @property
+    def by_fault(self) -> Failures:
+        """The failures without temperatures that follow work.
+
+        Beside a digit that fails otherwise, servos that work more or less than usual are warmer or colder.
+        """
+        worked = any(self.kinds(one.label) - {EvidenceKind.OWN_SENSOR} for one in Channel)
+        idle = {one.label for one in Channel if self.kinds(one.label) == {EvidenceKind.OWN_SENSOR}}
+        return replace(self, off={key: x for key, x in self.off.items() if key[2] not in idle}) if worked else self
 
     def within(self, experiments: Collection[str]) -> Failures:
         """Return the failures of some experiments."""

@@ -165,7 +165,7 @@ class Judge:
         """Return the input of the rules, from the readings of a run that are to be judged."""
         numbers = {name: measured for name, measured in numbers.items() if not _asks(name)}
         another = reads_as(numbers, self._firmware, guarded=self._guarded)
-        return RunSigns(Failures.of(numbers, self.limits, end), end, another)
+        return RunSigns(Failures.of(numbers, self.limits, end).by_fault, end, another)
 
 
 Late = Callable[[str, Metric], float]

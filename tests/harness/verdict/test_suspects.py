@@ -35,7 +35,7 @@ def failures(**checks):
 
 
 def isolated(end=FINISHED, **checks):
-    return isolate(RunSigns(failures(**checks), end))
+    return isolate(RunSigns(failures(**checks).by_fault, end))
 
 
 def of(channel, *parts):
@@ -104,6 +104,14 @@ def test_the_channel_with_more_kinds_of_evidence_is_suspected():
     found = isolated(audit__followed={"ring": -9, "index": -2}, staircase__spring=2)
     assert {one.channel for one in found.strong} == {Channel.RING, None}
     assert Suspect(Part.SERVO, Channel.INDEX) in found.weak
+
+
+def test_servos_that_are_warm_beside_a_digit_that_does_not_move_are_not_suspected():
+    """A dead motor stays cold; beside it six good servos were too warm, and all that digits share was suspected."""
+    warm = {"index": 2.2, "middle": 2.2, "ring": -1.2, "pinky": 2.2, "thumb_abduction": -1.2}
+    found = isolated(audit__followed=-92, alike__temperature=warm)
+    assert found.strong == of(Channel.RING, Part.SERVO, Part.DIGIT) | {Suspect(Part.SETUP)}
+    assert all(one.channel is None for one in isolated(alike__temperature=warm).strong)
 
 
 def test_two_fingers_alike_share_a_supply_a_set_up_or_an_exchange():
