@@ -53,7 +53,7 @@ def checks() -> Iterator[str]:
     yield "come from. A number without a limit is measured and not judged.\n"
     for name, measuring in JUDGED.items():
         yield f"## {name}\n\n{measuring.title}.\n"
-        yield "| check | limits | what it means when it is off, and what to do |\n|---|---|---|"
+        yield "| check | quantity | limits |\n|---|---|---|"
         yield from (_row(name, metric, limits) for metric in measuring.metrics)
         yield ""
 
@@ -66,9 +66,7 @@ def _row(experiment: str, metric: Metric, limits: tuple[Limit, ...]) -> str:
         if (subjects := [subject for subject in limit.subjects if subject in metric.subjects])
     ]
     limited = "<br>".join(bounds) or f"{', '.join(metric.subjects)}: none"
-    remedies = (metric.low.remedy, metric.high.remedy) if bounds else ()
-    advice = " ".join(dict.fromkeys((metric.low.meaning, metric.high.meaning, *remedies)))
-    cells = (f"`{metric.name}`", limited, advice)
+    cells = (f"`{metric.name}`", f"{metric.words}, {metric.unit}", limited)
     return f"| {' | '.join(cell.strip().replace('|', chr(92) + '|') for cell in cells)} |"
 
 

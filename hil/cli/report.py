@@ -21,6 +21,7 @@ from hil.recordings.output import prepared_file
 from hil.recordings.recording import Recording
 from hil.report.beside_run import beside_text
 from hil.report.page import BYTES_ALONE, render_report
+from hil.report.text import failing_lines
 from hil.verdict.run_end import EndKind
 from hil.verdict.validation import judge_recordings, require_one_run
 
@@ -68,6 +69,8 @@ def report(*, recordings: tuple[Path, ...], out: Path, others: tuple[Path, ...])
         raise Ended(f"not judged, because incomplete: {', '.join(cut)}{rest}; {out}", Exit.USAGE)
     if judged.end.kind is EndKind.HOST_BUSY:
         raise Ended(f"{judged.end.reason} {out}", Exit.HOST_BUSY)
+    for line in failing_lines(judged):
+        echo(line)
     echo(f"{'within limits' if judged.passed else 'out of limits'}; {out}")
     sys.exit(Exit.WITHIN_LIMITS if judged.passed else Exit.OUT_OF_LIMITS)
 

@@ -134,8 +134,7 @@ def run(
                 raise
             result = replace(result, end=ended_at_closing(result.end, error))
         _show(result, observer)
-        shown = result.results if sys.stderr.isatty() and sys.stdout.isatty() else ()
-        for line in run_text(result, str(folder / "report.html"), shown=shown):
+        for line in run_text(result, str(folder / "report.html")):
             console.print(line)
         write_results(result, folder)
     _end(result, folder)

@@ -126,7 +126,7 @@ def _findings(recording: Recording) -> Iterator[TimedEntry]:
     seen = by_finding(judged.judged)
     for finding in failed(judged.findings):
         where = seen.get(finding)
-        said = f"{finding.sentence}. {finding.meaning} {finding.remedy}"
+        said = f"{finding.sentence}."
         text = said if where is None else f"{where.words}: {said}"
         yield _line(header, 0.0 if where is None else where.start, Log.Level.ERROR, text)
     passed = len(judged.findings) - len(failed(judged.findings))

@@ -145,7 +145,7 @@ def regressions(before: Baseline, now: Mapping[str, Measured]) -> tuple[Finding,
     temperature on a real one.
     """
     return tuple(
-        _judge(metric, subject, (then, float(now[name][subject][metric.name])), name, before)
+        _judge(metric, subject, (then, float(now[name][subject][metric.name])), before)
         for name, measuring in JUDGED.items()
         for metric in measuring.metrics
         for subject in metric.subjects
@@ -155,7 +155,7 @@ def regressions(before: Baseline, now: Mapping[str, Measured]) -> tuple[Finding,
     )
 
 
-def _judge(metric: Metric, subject: str, values: tuple[float, float], name: str, before: Baseline) -> Finding:
+def _judge(metric: Metric, subject: str, values: tuple[float, float], before: Baseline) -> Finding:
     (then, value), worse = values, metric.worse
     assert worse is not None
     allowed = abs(then) + max(worse.by, worse.share * abs(then))
@@ -167,8 +167,6 @@ def _judge(metric: Metric, subject: str, values: tuple[float, float], name: str,
         measured=f"{f'{value:.4g} {metric.unit}' if known else 'not measurable'}, was {then:.4g}",
         expected=f"at most {allowed:.4g}",
         source=before.source,
-        meaning=worse.meaning if known else metric.missing.meaning,
-        remedy=f"Compare the recordings: `aero-hil report` of this run's, `--beside {before.where}/{name}.mcap`.",
         words=f"{metric.words} against the baseline",
         excess=0.0 if known else None,
     )

@@ -24,10 +24,10 @@ class Finding:
     """What it should be, for example `at most 0.9 mm`."""
     source: str
     """Where the expectation comes from."""
-    meaning: str
-    """What it usually means when this fails."""
-    remedy: str
-    """What to do then."""
+    meaning: str = ""
+    """How the run ended, in words; empty for a reading, which names no cause."""
+    remedy: str = ""
+    """Action after that ending; empty for a reading."""
     words: str = ""
     """What was checked, for people; the check's name with blanks when empty."""
     experiment: str = ""
@@ -57,6 +57,7 @@ class Why(Enum):
     """On virtual time, where no computer is late: the link's replies were."""
     NO_BYTES = "the recording holds no bytes of the link"
     NO_LIMIT = "there is no limit for it"
+    NO_MOTION = "its channel does not move"
 
 
 class MissingReadingError(Exception):

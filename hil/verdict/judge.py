@@ -27,6 +27,7 @@ from hil.verdict.findings import Finding, Why, Withheld, failed
 from hil.verdict.firmware_version import reads_as
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
+from hil.verdict.motion import still_channels, without_motion
 from hil.verdict.observations import observations
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
@@ -39,6 +40,8 @@ BUSY_STRETCHES = 3
 verdict; a stretch is one channel or the hand in one experiment."""
 
 
+SEE_PLOTS = "See the readings and plots of the report, then validate again."
+LOOK_CLOSER = "Switch the supply off, compare the digit's cable and springs with its neighbour's, then look again."
 ON_VIRTUAL_TIME = "emulated"
 """Target of a hand in this process, whose clock waits for this program."""
 IN_STEP_S = 0.002
@@ -121,6 +124,7 @@ class Judge:
             run: the run.
             folder: where its case is written; the latest run's when None.
         """
+        run = without_motion(run, still_channels(run.numbers, self.limits))
         run = _busy(replace(run, driver=self.driver(run), alike=self.alike(run.results)))
         return run if run.passed else replace(run, diagnosis=self.diagnosis(run, folder))
 
@@ -137,7 +141,7 @@ class Judge:
             if not readings:
                 return _answered(run, answers)
         elif not readings and run.end.error is None:
-            return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
+            return Diagnosis(unexplained=failures, step=_action(run))
         signs = self.signs_of(run)
         found = isolate(signs)
         # A stop before the first sample leaves no recording; what it ended shows the failure all the same.
@@ -153,7 +157,7 @@ class Judge:
         )
         if not found.group:
             # The end of the run explains itself.
-            return Diagnosis(unexplained=failures, step=NextStep(failures[0].remedy))
+            return Diagnosis(unexplained=failures, step=_action(run))
         return _told(run, case, found, folder)
 
     def signs_of(self, run: Validation) -> RunSigns:
@@ -250,6 +254,7 @@ def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path |
     def speaks(finding: Finding) -> bool:
         return finding.subject in explained or finding == run.end.finding
 
+    still = {one.subject for one in run.withheld if one.why is Why.NO_MOTION}
     off, proposal = failed(run.findings), case.next_step
     ran = sorted(run.results.items(), key=lambda one: one[1].recording.header.started)
     recordings = {name: result.recording for name, result in ran}
@@ -259,14 +264,13 @@ def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path |
         observations=tuple(
             f"{(words := subject_words(channel.label))[0].upper()}{words[1:]}: {seen}"
             for channel in bare.channels
+            if channel.label not in still
             for seen in observations(recordings, channel)
         ),
         evidence=tuple(finding for finding in off if speaks(finding)),
         unexplained=tuple(finding for finding in off if not speaks(finding)),
         case=case,
-        step=NextStep(off[0].remedy)
-        if proposal is None
-        else NextStep(proposal.text, command_of_case(run.header, folder)),
+        step=_action(run) if proposal is None else NextStep(proposal.text, command_of_case(run.header, folder)),
     )
 
 
@@ -274,6 +278,12 @@ def _silent_at_start(run: Validation) -> tuple[Channel, ...]:
     """Return the channels whose servos did not answer the board when it started, by the boot text that was caught."""
     texts = [str(one.recording.header.parameters.get("boot_text", "")) for one in run.results.values()]
     return tuple(sorted({WIRE_ORDER[number] for text in texts for number in identify(text).silent}))
+
+
+def _action(run: Validation) -> NextStep:
+    """Return the action after a run whose failures suspect no part, or whose case has no step left."""
+    end = run.end.finding
+    return NextStep(SEE_PLOTS if end is None or not end.remedy else end.remedy)
 
 
 def _again(run: Validation) -> NextStep | None:
@@ -287,7 +297,7 @@ def _answered(run: Validation, answers: Sequence[Finding]) -> Diagnosis:
     """Return what a person's answers say, where no reading failed."""
     seen = tuple(channel for channel in Channel if any(finding.subject == channel.label for finding in answers))
     suspects = tuple(Suspect(Part.DIGIT, channel) for channel in seen)
-    step = NextStep(answers[0].remedy, command_again(run.header) if run.header else "")
+    step = NextStep(LOOK_CLOSER, command_again(run.header) if run.header else "")
     return Diagnosis(suspects, ("it looks other than it should",), evidence=tuple(answers), step=step)
 
 
@@ -307,7 +317,6 @@ def _not_measured(name: str, reason: str) -> Finding:
         expected="measured",
         source="the recording",
         meaning=f"The hand did not move in a way that can be measured: {reason}.",
-        remedy="Mend what the other checks found, then validate again.",
         experiment=name,
         excess=None,
     )

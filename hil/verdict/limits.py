@@ -2,7 +2,7 @@
 
 `hil/data/limits.csv` has a row for each metric of an experiment, the subjects whose readings are alike (channels, or
 `hand`) and the firmware; `hil/data/population.toml` says from which hands `aero-hil limits make` made it. A bound that
-is given stands with its check, as does what it means when a metric is out of its bounds.
+is given stands with its check.
 """
 
 from __future__ import annotations
@@ -93,7 +93,6 @@ class Limit:
         """
         at_the_end = value >= metric.end_of_scale
         measured = metric.text(value) + (", at the end of the window" if at_the_end else "")
-        advice = metric.advice(value, self.at_least, self.at_most)
         return Finding(
             check=self.metric,
             subject=subject,
@@ -101,8 +100,6 @@ class Limit:
             measured=measured,
             expected=metric.text(self.at_most) if metric.says else self.text(metric.unit),
             source=self.source,
-            meaning=advice.meaning,
-            remedy=advice.remedy,
             words=metric.words,
             experiment=self.experiment,
             excess=BEYOND_GIVEN if at_the_end else self.excess(value),

@@ -60,9 +60,9 @@ def test_a_metric_is_added_in_the_folder_of_its_check(copy):
     )
     with (folder / "checks.toml").open("a", encoding="utf-8") as table:
         table.write(
-            '\n[[metric]]\nname = "peak_current"\nunit = "A"\nmeaning = "Too much."\nremedy = "Free it."\n'
+            '\n[[metric]]\nname = "peak_current"\nunit = "A"\n'
             'side = "above"\nevidence = "torque"\non = ["fingers"]\n'
-            'worse = { by = 0.2, share = 0.1, meaning = "More." }\n'
+            "worse = { by = 0.2, share = 0.1 }\n"
         )
     assert touched(copy) == {Path("hil/checks/holding")}
     program = (
@@ -72,7 +72,7 @@ def test_a_metric_is_added_in_the_folder_of_its_check(copy):
         "from hil.verdict.validation import validate\n"
         "with open_target() as target: done = validate(target, ['holding'])\n"
         "print(done.numbers['holding']['ring']['peak_current'] > 0.1)\n"
-        "print(EXPERIMENTS['holding'].metric('peak_current', 'ring').high.remedy)\n"
+        "print(EXPERIMENTS['holding'].metric('peak_current', 'ring').unit)\n"
         "print([check.side for check in CHECKS if check.metric == 'peak_current'])\n"
         "worse = regressions(Baseline('mine', {}, {'holding': {'ring': {'peak_current': 0.01}}}), done.numbers)\n"
         "print([finding.passed for finding in worse if finding.check.startswith('peak_current')])\n"
@@ -95,7 +95,7 @@ def test_an_experiment_is_a_folder(copy):
     )
     (folder / "checks.toml").write_text(
         'title = "Whether a hand waits"\nrank = 15\nhand_s = 1\n\n[[metric]]\nname = "readings"\n'
-        'unit = "readings"\nmeaning = "How many."\nevidence = "time"\non = ["hand"]\n'
+        'unit = "readings"\nevidence = "time"\non = ["hand"]\n'
     )
     assert touched(copy) == {Path("hil/checks/waiting")}
     program = (

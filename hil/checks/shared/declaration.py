@@ -8,16 +8,14 @@ The subjects of a group have readings that are alike, so one limit, which `aero-
 | `evidence` | `EvidenceKind` of a judged number: two numbers of one kind are one piece of evidence |
 | `words` | its name for people; the name with blanks when left out |
 | `unit` | as people read it; `length` stands for mm, and mrad on the abduction |
-| `meaning`, `remedy` | what it usually means when the number is off, or what it is when it has no limit; what to do |
-| `too_low`, `too_high`, each also with `_remedy` | the same where the two sides differ |
-| `missing`, also with `_remedy` | the same where it could not be measured; the texts of both sides when left out |
+| `motion` | `measured` by it, on the channel; or `needed`: without it the number has no meaning, and is not judged |
 | `says` | of a person's answer: the words for 0, 1, 2 and so on |
 | `end_of_scale` | reading at which the board clamps: what is really there may be anything beyond |
 | `side` | which side of the healthy readings is a fault: `above`, `below` or `both` |
 | `recorded` | readings of physical hands, which the limits must hold; a comment says whose they are |
 | `at_least`, `at_most`, `source` | instead of all that: a bound that physics or the wire gives |
 | `firmware` | versions that a bound holds for; of several, a list `bounds`, one without holds for all others |
-| `worse` | `by` how much, or which `share`, it may grow over a hand's baseline, and the `meaning` of growth |
+| `worse` | `by` how much, or which `share`, it may grow over a hand's baseline |
 | `column`, `paper`, `differs` | its column in the table beside the paper, the paper's number, why ours may differ |
 | `published` | a figure of the paper's text, and the metric of the simulator that corresponds (`model`) |
 | `seconds` | `last closing` where only the last one counts |
@@ -89,6 +87,15 @@ class EvidenceKind(Enum):
     """Answer of a person who watched the hand."""
 
 
+class MotionRole(Enum):
+    """Relation of a metric to the motion of its channel."""
+
+    MEASURED = "measured"
+    """Distance that the channel moved."""
+    NEEDED = "needed"
+    """Quantity that only a moving channel has."""
+
+
 @dataclass(frozen=True)
 class Check:
     """A bound on one metric, on subjects whose readings are alike: what its limits are made from."""
@@ -117,21 +124,6 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Advice:
-    """What a number that is off usually means, and what to do then."""
-
-    meaning: str
-    remedy: str
-
-
-# The advice of both sides would name parts, of which a reading that is not there says nothing.
-MISSING = Advice(
-    "The hand did nothing from which this can be measured; that alone says nothing about any part.",
-    "Mend what the other checks found, then validate again.",
-)
-
-
-@dataclass(frozen=True)
 class Worse:
     """How much a number may grow over a hand's own baseline; the greater of both counts."""
 
@@ -139,7 +131,6 @@ class Worse:
     """In the metric's unit."""
     share: float
     """Part of the baseline's value."""
-    meaning: str
 
 
 @dataclass(frozen=True)
@@ -179,10 +170,6 @@ class Metric:
     """Name for people."""
     unit: str
     subjects: tuple[str, ...]
-    low: Advice
-    high: Advice
-    missing: Advice
-    """Where it could not be measured."""
     evidence: EvidenceKind | None = None
     """None for a number without bounds."""
     end_of_scale: float = math.inf
@@ -198,6 +185,8 @@ class Metric:
     published: tuple[Published, ...] = ()
     seconds: str = ""
     worst_at: str = ""
+    motion: MotionRole | None = None
+    """Relation to the motion of its channel; None when it has none."""
     timed: bool = False
     """Whether it does not stand where the computer was held up for a sample."""
     optional: bool = False
@@ -213,12 +202,6 @@ class Metric:
             return "not measurable"
         return self.says[round(value)] if self.says else f"{number(value)} {self.unit}"
 
-    def advice(self, value: float, at_least: float, at_most: float) -> Advice:
-        """Return what a reading means on its side of the middle of its bounds, or that it is not there."""
-        if math.isnan(value):
-            return self.missing
-        return self.low if value < (at_least + at_most) / 2 else self.high
-
 
 def number(value: float) -> str:
     """Return a number in four digits, never as a power of ten where it is large."""
@@ -227,9 +210,8 @@ def number(value: float) -> str:
 
 EVIDENCE = [one.value for one in EvidenceKind]
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
-TEXTS = {"meaning", "remedy", "too_low", "too_low_remedy", "too_high", "too_high_remedy", "missing", "missing_remedy"}
 SEEN = {"end_of_scale", "differs", "seconds", "worst_at", "optional", "timed", "samples_in_time"}
-KNOWN = {"name", "evidence", "words", "unit", "says", "bounds", "worse", "column", "paper", *BOUND, *TEXTS, *SEEN}
+KNOWN = {"name", "evidence", "words", "unit", "says", "bounds", "worse", "column", "paper", "motion", *BOUND, *SEEN}
 
 
 def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
@@ -274,12 +256,6 @@ def parse_checks(experiment: str, subjects: tuple[str, ...], table: Mapping[str,
 def _metric(
     experiment: str, subjects: tuple[str, ...], table: Mapping[str, Any], published: tuple[Published, ...]
 ) -> Metric:
-    def advice(side: str) -> Advice:
-        meaning, remedy = table.get("meaning", ""), table.get("remedy", "")
-        return Advice(table.get(side, meaning), table.get(f"{side}_remedy", remedy))
-
-    low, high = advice("too_low"), advice("too_high")
-    missing = Advice(table.get("missing", MISSING.meaning), table.get("missing_remedy", MISSING.remedy))
     paper = table.get("paper", {})
     by_group = paper if isinstance(paper, dict) else dict.fromkeys(subjects, paper)
     numbers = {subject: by_group[group] for group in by_group for subject in GROUPS[group] if subject in subjects}
@@ -299,9 +275,6 @@ def _metric(
         table.get("words", table["name"].replace("_", " ")),
         table["unit"],
         subjects,
-        low,
-        high,
-        missing,
         EvidenceKind(table["evidence"]) if "evidence" in table else None,
         says=tuple(table.get("says", ())),
         checks=parse_checks(experiment, subjects, table),
@@ -309,5 +282,6 @@ def _metric(
         column=Column(**table["column"]) if "column" in table else None,
         paper=numbers,
         published=tuple(figure for figure in figures if figure.subject in subjects),
+        motion=MotionRole(table["motion"]) if "motion" in table else None,
         **{key: table[key] for key in SEEN & table.keys()},
     )

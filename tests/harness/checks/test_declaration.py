@@ -1,7 +1,5 @@
 """What a `checks.toml` says, and what is refused."""
 
-import math
-
 import pytest
 
 from hil.checks import JUDGED
@@ -9,8 +7,7 @@ from hil.checks.shared.declaration import parse_metric
 from hil.checks.shared.subjects import CHANNELS
 
 TABLE = {
-    "name": "warmth", "evidence": "own_sensor", "unit": "K", "meaning": "Warm.", "remedy": "Wait.",
-    "side": "above",
+    "name": "warmth", "evidence": "own_sensor", "unit": "K", "side": "above",
 }  # fmt: skip
 
 
@@ -23,12 +20,6 @@ def test_a_group_states_what_differs_and_inherits_the_rest():
     assert (fingers.subjects, fingers.unit) == (("index", "middle", "ring", "pinky"), "K")
     assert (thumb.subjects, thumb.unit) == (("thumb_flexor",), "mK")
     assert [check.side for metric in (fingers, thumb) for check in metric.checks] == ["above", "both"]
-
-
-def test_one_text_stands_for_both_sides_and_a_side_may_have_its_own():
-    (metric,) = parsed(too_low="Cold.")
-    assert (metric.low.meaning, metric.low.remedy) == ("Cold.", "Wait.")
-    assert (metric.high.meaning, metric.high.remedy) == ("Warm.", "Wait.")
 
 
 def test_several_bounds_share_what_they_do_not_state():
@@ -58,14 +49,10 @@ def test_a_mistake_in_the_table_is_named(changes, message):
         list(parse_metric("holding", table))
 
 
-def test_every_judged_number_has_a_text_for_each_side_that_is_judged():
-    for name, measuring in JUDGED.items():
-        for metric in measuring.metrics:
-            for check in metric.checks:
-                below = check.side in ("below", "both") or math.isfinite(check.at_least)
-                above = check.side in ("above", "both") or math.isfinite(check.at_most)
-                assert not below or (metric.low.meaning and metric.low.remedy), (name, metric.name)
-                assert not above or (metric.high.meaning and metric.high.remedy), (name, metric.name)
+@pytest.mark.parametrize("key", ["meaning", "remedy", "too_low"])
+def test_a_check_names_no_cause(key):
+    with pytest.raises(ValueError, match="unknown keys"):
+        parsed(**{key: "A loose cable."})
 
 
 def test_the_table_beside_the_paper_has_the_papers_numbers():

@@ -1,7 +1,6 @@
-"""The text of a run says what the page says, in its order."""
+"""The text of a run fits on one screen, in its order."""
 
 import io
-import re
 from dataclasses import replace
 
 import pytest
@@ -35,7 +34,7 @@ def broken(validated):
     run = replace(validated, results={**validated.results, "staircase": replace(result, findings=tuple(bad))})
     spoken, other = failed(run.findings)
     diagnosis = Diagnosis(
-        {Suspect(Part.DIGIT, Channel.RING): 1.0}, ("the ring is off",),
+        (Suspect(Part.DIGIT, Channel.RING),), ("the ring is off",),
         (spoken,), (other,), step=NextStep("Pull at the cable.", "aero-hil validate"),
         observations=("Ring: it draws 3.0 times the other fingers' current",),
     )  # fmt: skip
@@ -43,15 +42,29 @@ def broken(validated):
 
 
 @pytest.mark.parametrize("width", [60, 80])
-def test_a_failed_run_says_verdict_and_place_then_evidence_test_and_other_findings(broken, width):
+def test_a_failed_run_says_verdict_channels_suspects_step_and_report(broken, width):
     said = " ".join(printed(broken, width).split())
     order = (
-        "Out of limits: ring finger", "The ring is off. Suspected: digit", "observed Ring: it draws",
-        "do this Pull at the cable.", "aero-hil validate",
-        "evidence Ring finger", "other Ring finger", "presence", "out of limits: ring finger; 2 of ",
+        "Out of limits; 2 of ", "Ring finger: ", "Suspected: digit of the ring finger; no test",
+        "Next: Pull at the cable.", "aero-hil validate", "Report: out/report.html",
     )  # fmt: skip
     places = [said.index(text) for text in order]
     assert places == sorted(places)
+    assert "presence" not in said
+
+
+def test_a_run_that_fails_everywhere_fits_on_one_screen(validated):
+    results = {
+        name: replace(result, findings=tuple(replace(one, passed=False, excess=9.0) for one in result.findings))
+        for name, result in validated.results.items()
+    }
+    everywhere = Diagnosis(
+        tuple(Suspect(part) for part in Part if part not in (Part.DIGIT, Part.SERVO)),
+        ("several digits fail",), step=NextStep("Switch the supply off. " * 8, "aero-hil diagnose validation/latest"),
+    )  # fmt: skip
+    said = printed(replace(validated, results=results, diagnosis=everywhere), 80)
+    assert len(said.splitlines()) <= 20
+    assert "and 5 more" in said
 
 
 def test_the_count_is_that_of_the_page_and_the_files(validated):
@@ -59,8 +72,6 @@ def test_the_count_is_that_of_the_page_and_the_files(validated):
     assert tally.failed == 0
     assert f"all {tally.passed} checks passed" in printed(validated, 200)
     assert tally.passed == len(validated.findings)
-    said = printed(validated, 200)
-    assert sum(map(int, re.findall(r": (\d+) checks passed", said))) == tally.passed
 
 
 def test_each_experiment_takes_about_as_long_as_is_said_before_a_hand_moves(validated):

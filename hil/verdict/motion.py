@@ -1,0 +1,61 @@
+"""Channels without motion: a quantity that only a moving channel has is not judged on them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+
+from aero.channels import Channel
+from hil.checks import JUDGED, Measured
+from hil.checks.shared.declaration import MotionRole
+from hil.checks.shared.experiment import reading
+from hil.checks.shared.subjects import CHANNELS
+from hil.verdict.findings import Finding, Why, Withheld
+from hil.verdict.judged_run import Result, Validation
+from hil.verdict.limits import Limit
+
+STILL = 0.05
+"""Part of the least healthy distance; a channel that moved less in every measurement is without motion. A gear that is
+jammed creeps by as much when its goal changes."""
+
+
+def still_channels(numbers: Mapping[str, Measured], limits: Collection[Limit]) -> frozenset[Channel]:
+    """Return the channels without motion; one whose motion was not measured is not among them."""
+    moved: dict[str, list[bool]] = {}
+    for limit in limits:
+        for subject in limit.subjects:
+            if limit.healthy is None or role_of(limit.experiment, limit.metric, subject) is not MotionRole.MEASURED:
+                continue
+            value = reading(numbers.get(limit.experiment, {}), subject, limit.metric)
+            if value is not None and math.isfinite(value):
+                moved.setdefault(subject, []).append(abs(value) >= STILL * limit.healthy[0])
+    return frozenset(Channel(CHANNELS.index(subject)) for subject, found in moved.items() if not any(found))
+
+
+def role_of(experiment: str, metric: str, subject: str) -> MotionRole | None:
+    """Return the relation of a metric to motion; None also for a finding that is of no metric."""
+    found = (m for m in JUDGED[experiment].metrics if m.name == metric and subject in m.subjects)
+    return next((metric.motion for metric in found), None) if experiment in JUDGED else None
+
+
+def without_motion(run: Validation, still: Collection[Channel]) -> Validation:
+    """Return a run whose channels without motion are not judged by what only a moving channel has.
+
+    A number of the hand as a whole needs all channels; it is left out where it could not be measured.
+    """
+    labels = {channel.label for channel in still}
+
+    def applies(finding: Finding) -> bool:
+        needs = role_of(finding.experiment, finding.check, finding.subject) is MotionRole.NEEDED
+        whole = finding.subject == "hand" and finding.excess is None and bool(labels)
+        return not (needs and (finding.subject in labels or whole))
+
+    return replace(run, results={name: _kept(result, applies) for name, result in run.results.items()})
+
+
+def _kept(result: Result, applies: Callable[[Finding], bool]) -> Result:
+    gone = [finding for finding in result.findings if not applies(finding)]
+    more = tuple(Withheld(one.experiment, one.check, one.subject, one.name, Why.NO_MOTION) for one in gone)
+    kept = tuple(finding for finding in result.findings if applies(finding))
+    return replace(result, findings=kept, withheld=(*result.withheld, *more)) if gone else result

@@ -1,0 +1,84 @@
+"""Findings of a failed run as one sentence a channel: the strongest reading of each kind of evidence, no cause."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from aero.driver import CURRENT_A_PER_UNIT
+from hil.checks import JUDGED
+from hil.checks.shared.declaration import EvidenceKind, MotionRole
+from hil.checks.shared.subjects import subject_words
+from hil.verdict.findings import Finding, Why, failed
+from hil.verdict.judged_run import Validation
+from hil.verdict.motion import role_of
+
+LENGTH = 155
+"""Characters of a sentence: two lines of a terminal. A kind of evidence that does not fit is left to the report."""
+NO_CURRENT = "draws no current"
+
+
+def channel_sentences(run: Validation) -> tuple[str, ...]:
+    """Return a sentence for each channel, or the hand, that failed: suspected ones first, then the strongest."""
+    of: dict[str, list[Finding]] = {}
+    for finding in failed(run.findings):
+        if finding != run.end.finding:
+            of.setdefault(finding.subject, []).append(finding)
+    suspected = {channel.label for channel in run.diagnosis.channels}
+    strongest = {subject: sorted(found, key=strength, reverse=True) for subject, found in of.items()}
+    order = sorted(of, key=lambda subject: (subject not in suspected, -strength(strongest[subject][0])))
+    still = {one.subject for one in run.withheld if one.why is Why.NO_MOTION}
+    return tuple(_sentence(subject, strongest[subject], still=subject in still) for subject in order)
+
+
+def strength(finding: Finding) -> float:
+    """Return how far a reading is off, whatever its side; 0 for one that could not be measured."""
+    return 0.0 if finding.excess is None else abs(finding.excess)
+
+
+def _sentence(subject: str, findings: Sequence[Finding], *, still: bool) -> str:
+    words = subject_words(subject)
+    text = f"{words[0].upper()}{words[1:]}: "
+    for number, clause in enumerate(_clauses(findings, still=still)):
+        if number and len(text) + len(clause) > LENGTH:
+            break
+        joined = " and " if clause.startswith(NO_CURRENT) else "; "
+        text += f"{joined if number else ''}{clause}"
+    return f"{text}."
+
+
+def _clauses(findings: Sequence[Finding], *, still: bool) -> Iterable[str]:
+    """Yield a clause for each kind of evidence; a channel that does not move is told as that."""
+    moved = [one for one in findings if role_of(one.experiment, one.check, one.subject) is MotionRole.MEASURED]
+    told = set[EvidenceKind | str]()
+    if moved and still:
+        distances = {one.measured: _distance(one) for one in sorted(moved, key=_is_length)}
+        yield f"does not move ({', '.join(distances.values())})"
+        told.add(EvidenceKind.TRAVEL)
+    for finding in findings:
+        if (kind := _kind(finding)) in told:
+            continue
+        told.add(kind)
+        if finding.excess is None:
+            yield f"{finding.name} not measurable"
+        elif kind is EvidenceKind.TORQUE and abs(_value(finding)) <= CURRENT_A_PER_UNIT:
+            yield f"{NO_CURRENT} (0.00 A of {finding.expected})"
+        else:
+            yield f"{finding.name} {finding.measured}, should be {finding.expected}"
+
+
+def _distance(finding: Finding) -> str:
+    return f"{finding.measured} of {finding.expected}" if _is_length(finding) else finding.measured
+
+
+def _is_length(finding: Finding) -> bool:
+    return "%" not in finding.measured
+
+
+def _value(finding: Finding) -> float:
+    return float(finding.measured.split()[0])
+
+
+def _kind(finding: Finding) -> EvidenceKind | str:
+    metrics = JUDGED[finding.experiment].metrics if finding.experiment in JUDGED else ()
+    found = (m.evidence for m in metrics if m.name == finding.check and finding.subject in m.subjects)
+    return next(found, None) or finding.check
