@@ -39,8 +39,8 @@ def typical_correction() -> tuple[float, ...]:
     """Return the correction of the cables that healthy hands need on average, (7,), m, abduction rad.
 
     By so much longer each channel must be commanded than the map says. A cable of another length moves the joints
-    behind a shaft that reads as it should. Every thumb that was drawn is off by nearly the same, so its mean is a
-    better guess than zero for a hand of which nothing is known; `train/typical_correction.py` computes it.
+    behind a shaft that reads as it should. CMC flexion of drawn thumbs is off by 2.8 mm, with a standard deviation of
+    0.8 mm, so the mean is a better guess than zero for an unknown hand; `train/typical_correction.py` computes it.
     """
     table = tomllib.loads((files("aero.policy.shipped") / TYPICAL_CORRECTION_FILE).read_text(encoding="utf-8"))
     return tuple(float(table["mean"][channel.label]) for channel in Channel)
