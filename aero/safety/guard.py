@@ -55,6 +55,8 @@ class Guard:
         telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
         self.lookout = Lookout(hand, clock, thresholds, spans_counts, telemetry_s)
         self.last_codes = position_codes(OPEN)
+        self.commands = 0
+        """Position commands so far, those that did not go out included."""
         self.in_torque_mode = False
         self._thresholds = thresholds
         self._clock = clock
@@ -104,6 +106,7 @@ class Guard:
         """Poll the hand, and send every channel to a position (7,) that encoders are compared with."""
         self.poll()
         closed, before = bool((codes > self._thresholds.arrival * MAX_CODE).any()), self.last_codes
+        self.commands += 1
         # Noted first: an interrupt may come after the frame has gone out and before this method continues.
         self.last_codes, self._closed = codes, self._closed or closed
         try:
@@ -121,6 +124,18 @@ class Guard:
         self.lookout.watch.encoders.forget()
         self._closed = self.in_torque_mode = True
         self._hand.command_torques(magnitudes)
+
+    def temperatures(self, celsius: NDArray[np.float64]) -> Violation | None:
+        """Return the violation that temperatures (7,) °C show, or None."""
+        return self.lookout.watch.temperatures(celsius)
+
+    def pause(self, *, homed: bool) -> None:
+        """Forget what was commanded; also the polls that are due, if the hand has homed and answered nothing."""
+        (self.lookout.pause if homed else self.lookout.watch.pause)()
+
+    def found(self, shares: NDArray[np.float64]) -> None:
+        """Take the positions (7,), share of the window, at which the slow opening has ended."""
+        self.lookout.watch.encoders.found(self._clock.now(), shares)
 
     def abort(self, violation: Violation, *, silent: bool = False) -> NoReturn:
         """Stop the hand for a violation.

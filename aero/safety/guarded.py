@@ -118,7 +118,7 @@ class GuardedHand(LinkedHand):
         with self._guard.turn():
             self._guard.poll()
             health = Health(self._hand.read_codes(), self._hand.read_currents(), self._hand.read_temperatures())
-        violation = self._guard.lookout.watch.temperatures(health.temperatures_c)
+        violation = self._guard.temperatures(health.temperatures_c)
         most = Channel(int(np.argmax(np.abs(health.currents_a))))
         drawn = abs(health.currents_a[most])
         if violation is None and drawn > self.thresholds.current_a:
@@ -256,7 +256,7 @@ class GuardedHand(LinkedHand):
             self._start()
             self._guard.poll()
             self._hand.home(timeout_s)
-            self._guard.lookout.pause()
+            self._guard.pause(homed=True)
 
     def close(self) -> None:
         """Open the hand slowly and leave it weak, if this program has moved it, and close the port.
@@ -298,18 +298,18 @@ class GuardedHand(LinkedHand):
                 "blocked, its servo has no torque, or its zero is lost; home the hand"
             )
             self._guard.abort(Violation(SafetyReason.STILL_CLOSED, text, worst))
-        self._guard.lookout.watch.encoders.found(self._clock.now(), shares)
+        self._guard.found(shares)
 
     def _ramp(self, start_codes: ArrayLike, goal_codes: ArrayLike) -> None:
         """Move all channels slowly."""
-        last = self._guard.last_codes
+        commands = self._guard.commands
 
         def command(codes: NDArray[np.int64]) -> None:
-            nonlocal last
-            if self._guard.last_codes is not last:
+            nonlocal commands
+            if self._guard.commands != commands:
                 raise RuntimeError(f"{self.name}: a signal handler has commanded it during a slow motion")
             self._guard.command(codes)
-            last = self._guard.last_codes
+            commands += 1
 
         move_slowly(command, self._own_clock, start_codes, goal_codes, self.thresholds.opening_s)
 
@@ -341,7 +341,7 @@ class GuardedHand(LinkedHand):
             self._guard.command(protocol.position_codes(held))
             self._guard.poll()
             result = self._hand.calibrate_mid(channel)
-            self._guard.lookout.watch.pause()  # what was commanded meant other angles
+            self._guard.pause(homed=False)  # what was commanded meant other angles
             codes = self._guard.last_codes.copy()
             codes[channel] = result.code
             self._guard.command(codes)

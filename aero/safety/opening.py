@@ -27,6 +27,8 @@ LIVE_LOOKS = 3
 """Readings of which the last must differ from an earlier one, so that a board's frozen cache is not believed."""
 OPEN = (0,) * len(Channel)
 """Codes of the open hand."""
+RESTARTS = 2
+"""Restarts of the board after each of which the patience begins again: it homes first. A weak supply may cause more."""
 SWITCH_OFF = "SWITCH THE HAND'S SUPPLY OFF: it may still be closed"
 """What to do about a hand that cannot be opened from here."""
 
@@ -88,7 +90,7 @@ def open_and_relax(
     Raises:
         ConnectionError: the link is gone.
     """
-    deadline = Deadline.after(clock, thresholds.opening_patience_s)
+    deadline, restarts, last = Deadline.after(clock, thresholds.opening_patience_s), hand.restarts, hand.restarts
     attempt = _Attempt(hand, clock, thresholds, settable, silent=silent)
     doubt = "the board does not answer" if silent else attempt.run()
     if attempt.silent:
@@ -104,6 +106,8 @@ def open_and_relax(
         with suppress(AeroError):
             hand.command_codes_blindly(OPEN)
         doubt = attempt.run()
+        if last < hand.restarts <= restarts + RESTARTS:
+            deadline, last = Deadline.after(clock, thresholds.opening_patience_s), hand.restarts
     return doubt
 
 

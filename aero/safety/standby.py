@@ -11,6 +11,9 @@ from __future__ import annotations
 
 import json
 import logging
+import os
+from contextlib import suppress
+from pathlib import Path
 
 from aero.child_process import ChildError, ChildProcess, python
 from aero.safety.interrupts import uninterrupted
@@ -24,7 +27,24 @@ START_S = 30.0
 """Time the process has to start, s; Python and NumPy take 0.3 s on an idle machine."""
 LEAVE_S = 30.0
 """Time the process has to leave, s, in which it may have to open the hand."""
+_OUTLIVING = frozenset({"systemd", "init", "launchd"})
+"""Programs that are process 1 for as long as the machine runs."""
 _RUN = "from aero.safety.__main__ import main; main(*{arguments!r})"
+
+
+def ends_with_process_1() -> str | None:
+    """Return a warning where the second process may end with this program, as in most containers; else None."""
+    if os.name != "posix" or 1 not in {os.getpid(), os.getppid()}:
+        return None
+    with suppress(OSError):
+        if Path("/proc/1/comm").read_text(encoding="utf-8").strip() in _OUTLIVING:
+            return None
+    place = "process 1" if os.getpid() == 1 else "a child of process 1"
+    return (
+        f"this program is {place} of its container. When process 1 ends, the system ends the second process too: if "
+        "this program is killed then, its hand stays closed. Let process 1 live for 90 s longer, as in sh -c "
+        "'PROGRAM; sleep 90', or start the program by docker exec; --init does not help."
+    )
 
 
 class Standby:
@@ -53,6 +73,8 @@ class Standby:
         if self._ready and self._process is not None and self._process.running:
             return
         self._end()
+        if (in_container := ends_with_process_1()) is not None:
+            _LOG.warning(in_container)
         command = python(_RUN.format(arguments=self._arguments))
         try:
             with uninterrupted():  # a process that nothing refers to could not be ended

@@ -8,13 +8,33 @@ from dataclasses import dataclass
 
 from aero.protocol import MAX_SPEED_SETTING, MAX_TORQUE_SETTING
 
-_SETTINGS = {
+_MOST = {
+    "current_a": 7.0,
+    "current_s": 5.0,
+    "temperature_c": 80.0,
+    "stale_s": 10.0,
+    "silent_s": 10.0,
+    "short": 1.0,
+    "beyond": 1.0,
+    "follow_s": 10.0,
+    "stray_s": 5.0,
+    "rest": 1.0,
+    "jump_counts_s": 100_000.0,
+    "arrival": 0.5,
+    "look_s": 0.5,
+    "temperature_look_s": 30.0,
+    "opening_s": 30.0,
+    "opening_patience_s": 120.0,
+    "unwatched_s": 120.0,
     "gentle_speed": MAX_SPEED_SETTING,
     "gentle_torque": MAX_TORQUE_SETTING,
     "stop_torque": MAX_TORQUE_SETTING,
     "limp_torque": MAX_TORQUE_SETTING,
 }
-"""Thresholds that are registers of the board, with the most that it stores."""
+"""Upper bound of each threshold, in its unit; above it the guard would not protect. A servo draws at most 6.65 A at the
+nominal scale and cuts out at 80 °C; shares are of the window; speeds and torques are registers of the board."""
+_THOUSANDTH = {"a": "mA", "s": "ms"}
+"""Unit that a value is in by mistake, by the end of its threshold's name."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +44,7 @@ class Thresholds:
     "The logs" are those of one physical right hand, June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e).
 
     Raises:
-        ValueError: a threshold is not positive and finite, or a setting is more than the board stores.
+        ValueError: a threshold is not positive and finite, or above its bound; or a setting is not a whole number.
     """
 
     current_a: float = 4.0
@@ -83,10 +103,13 @@ class Thresholds:
                 or not (math.isfinite(value) and value > 0)
             ):
                 raise ValueError(f"safety threshold {name}: expected a positive number, got {value!r}")
-        for name, most in _SETTINGS.items():
-            value = getattr(self, name)
-            if not isinstance(value, int) or value > most:
-                raise ValueError(f"safety threshold {name}: the board stores whole numbers up to {most}, got {value!r}")
+            most = _MOST[name]
+            if isinstance(most, int) and not isinstance(value, int):
+                raise ValueError(f"safety threshold {name}: the board stores whole numbers, got {value!r}")
+            if value > most:
+                unit = _THOUSANDTH.get(name.rsplit("_", 1)[-1])
+                meant = f"; {unit}?" if unit and value <= 1000 * most else ""
+                raise ValueError(f"safety threshold {name}: expected at most {most:g}, got {value!r}{meant}")
 
     def as_dict(self) -> dict[str, float]:
         """Return every threshold by name, for the header of a recording and for people."""

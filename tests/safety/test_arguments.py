@@ -166,6 +166,21 @@ def test_a_setting_is_a_whole_number_that_the_board_stores(name):
             Thresholds(**{name: wrong})
 
 
+@pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(Thresholds)])
+def test_every_threshold_has_a_physical_bound(name):
+    """`current_a = 3500` was taken, and the guard would have stopped at 3500 A."""
+    with pytest.raises(ValueError, match=rf"{name}: expected at most"):
+        Thresholds(**{name: 10**6})
+    usual = getattr(Thresholds(), name)
+    assert getattr(Thresholds(**{name: usual}), name) == usual
+
+
+@pytest.mark.parametrize(("name", "value", "unit"), [("current_a", 3500, "mA"), ("current_s", 300, "ms")])
+def test_a_threshold_in_another_unit_is_asked_about(name, value, unit):
+    with pytest.raises(ValueError, match=rf"{value}; {unit}\?"):
+        Thresholds(**{name: value})
+
+
 def test_encoders_keep_no_array_of_their_caller():
     spans, at, command = SPANS.astype(float), np.zeros(7), np.full(7, 0.5)
     encoders = Encoders(Thresholds(), spans, 0.0)

@@ -3,6 +3,7 @@
 import array
 import fcntl
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -366,3 +367,74 @@ def test_a_port_is_closed_to_programs_that_do_not_lock_it(monkeypatch):
         assert refuses_others()
         transport.close()
         assert not refuses_others()
+
+
+UNSHARE = ["unshare", "--user", "--map-root-user", "--pid", "--fork", "--mount-proc", "--kill-child"]
+DIES = """
+import os, sys
+sys.path.insert(0, os.getcwd())
+from aero import open_hand
+from aero.safety import Thresholds
+
+with open_hand(sys.argv[1], firmware="0.2.0", thresholds=Thresholds(stale_s=5.0, silent_s=5.0)) as hand:
+    hand.command_codes([40000] * 7)
+    hand.clock.sleep_until(hand.clock.now() + 1.0)
+    os._exit(9)
+"""
+INIT = """
+import subprocess, sys
+sys.exit(subprocess.run(sys.argv[1:]).returncode)
+"""
+"""Process 1 as `docker run --init` has it: it ends when its child has ended."""
+
+
+def can_unshare():
+    return (
+        shutil.which("unshare") and not subprocess.run([*UNSHARE, "true"], capture_output=True, check=False).returncode
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not can_unshare(), reason="needs PID namespaces")
+@pytest.mark.parametrize(
+    ("around", "opened"),
+    [
+        ([], False),
+        ([sys.executable, "-c", INIT], False),
+        (["sh", "-c", '"$@"; sleep 90', "sh"], True),
+    ],
+)
+def test_a_hand_of_a_program_that_dies_is_opened_where_process_1_lives_on(around, opened):
+    electronics = EmulatedHand(Bench())
+    server, onlooker = PtyServer(electronics), Onlooker(electronics)
+    thread = threading.Thread(target=server.run, args=(onlooker.look,))
+    thread.start()
+    command = [*UNSHARE, *around, sys.executable, "-c", DIES, server.name]
+    child = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+    try:
+        assert onlooker.closed.wait(30.0)
+        assert onlooker.opened.wait(30.0 if opened else 8.0) == opened
+    finally:
+        child.kill()
+        _, said = child.communicate()
+        onlooker.leave.set()
+        thread.join()
+        server.close()
+    assert "of its container" in said
+
+
+@pytest.mark.parametrize(
+    ("own", "parent", "first", "warns"),
+    [
+        (1, 0, "python", True),
+        (7, 1, "docker-init", True),
+        (7, 1, "systemd", False),
+        (7, 3, "docker-init", False),
+        (7, 0, "sleep", False),
+    ],
+)
+def test_a_program_near_process_1_of_a_container_is_told(monkeypatch, own, parent, first, warns):
+    monkeypatch.setattr("os.getpid", lambda: own)
+    monkeypatch.setattr("os.getppid", lambda: parent)
+    monkeypatch.setattr(Path, "read_text", lambda *_, **__: f"{first}\n")
+    assert (standby.ends_with_process_1() is not None) == warns

@@ -1,4 +1,4 @@
-"""Random programs on a pseudo-terminal, ended by the system at a random moment: the hand is opened.
+"""Random programs on a pseudo-terminal, ended at a random moment: the hand is left open and weak.
 
 More of them: `RANDOM_PROCESSES=100 pytest -m slow tests/safety/test_random_processes.py`. A failure prints the program,
 which runs as it stands: `python program.py PORT`.
@@ -10,31 +10,41 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from contextlib import suppress
 
 import numpy as np
 import pytest
 
 from aero.protocol import MAX_CODE
+from aero.safety import Thresholds
 from firmware_emulator.links.pty import PtyServer
-from hil.targets.emulated_hand import build_emulated
-from hil.targets.hand_spec import HandSpec
+from hil.faults import Schedule
+from hil.faults.faulty_hand import build_faulty
 from model.units import load_unit
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs signals and pseudo-terminals")]
 
 PROCESSES = int(os.environ.get("RANDOM_PROCESSES", "6"))
 PATIENCE_S, OPEN_DEG = 60.0, 25.0
-HEAD = """import os, sys
+HEAD = """import os, signal, sys
 from aero import Channel, open_hand
 from aero.safety import Thresholds
 
+def fail(*_):
+    raise RuntimeError
+
+signal.signal(signal.SIGUSR1, fail)
 with open_hand(sys.argv[1], firmware="0.2.0", thresholds=Thresholds(stale_s=5.0, silent_s=5.0)) as hand:
     print("open", flush=True)"""
 """A busy machine may keep it from looking."""
 FORK = "if not os.fork(): os.read(0, 1); os._exit(0)"
 """A worker, which lives until the end of the test."""
-ENDINGS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP]
+CUT_S = 3.0
+POWER_CUT = f"power cut of {CUT_S:g} s"
+ERROR = signal.SIGUSR1
+"""The program's handler raises."""
+ENDINGS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, ERROR, POWER_CUT]
 
 
 def a_program(chance):
@@ -58,15 +68,26 @@ def a_program(chance):
 def test_a_process_that_is_ended_leaves_the_hand_open(seed, tmp_path):
     chance = random.Random(seed)
     program, ending, after_s = a_program(chance), ENDINGS[seed % len(ENDINGS)], chance.uniform(0.0, 10.0)
-    print(f"# {ending.name} after {after_s:.1f} s\n{program}")
+    print(f"# {ending!r} after {after_s:.1f} s\n{program}")
     (tmp_path / "program.py").write_text(program)
-    electronics, workbench = build_emulated(load_unit("reference"), HandSpec(seed=seed))
-    ended, opened, leave = threading.Event(), threading.Event(), threading.Event()
+    electronics, bench = build_faulty(
+        load_unit("reference"), Schedule((), seed), firmware="0.2.0", hand="right", seed=seed
+    )
+    ended, opened, leave, cut = (threading.Event() for _ in range(4))
+    power = []
 
     def look():
         """Return whether to stop serving."""
         electronics.advance_plant()
-        if ended.is_set() and np.abs(np.rad2deg(workbench.mechanics.joint_angles())).max() < OPEN_DEG:
+        if cut.is_set():
+            cut.clear()
+            bench.power_off()
+            power.append((time.monotonic() + CUT_S, bench.power_on))
+        while power and time.monotonic() >= power[0][0]:
+            power.pop()[1]()
+        is_open = np.abs(np.rad2deg(bench.mechanics.joint_angles())).max() < OPEN_DEG
+        limits = {servo.memory.get("goal_torque") for servo in electronics.servos}
+        if ended.is_set() and is_open and limits == {Thresholds().limp_torque}:
             opened.set()
         return leave.is_set()
 
@@ -88,10 +109,13 @@ def test_a_process_that_is_ended_leaves_the_hand_open(seed, tmp_path):
         with suppress(subprocess.TimeoutExpired):
             child.wait(after_s)
         assert child.poll() is None, "it ended by itself"
-        child.send_signal(ending)
+        if ending == POWER_CUT:
+            cut.set()
+        else:
+            child.send_signal(ending)
         child.wait(PATIENCE_S)
         ended.set()
-        assert opened.wait(PATIENCE_S), "the hand is left closed"
+        assert opened.wait(PATIENCE_S), "the hand is left closed, or strong"
     finally:
         with suppress(ProcessLookupError):
             os.killpg(child.pid, signal.SIGKILL)

@@ -1,5 +1,6 @@
 """The second process opens what a killed program left, though the port goes and comes back, under another name too."""
 
+import os
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,8 @@ from serial.tools import list_ports
 from aero import AeroHand
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
-from aero.safety.__main__ import LONGEST_S, UsbPort, open_what_was_left
+from aero.safety.__main__ import HOMES_S, LONGEST_S, KnownPort, open_what_was_left
+from aero.safety.opening import open_and_relax
 from hil.targets.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from model.units import load_unit
@@ -21,8 +23,8 @@ FIST = [0xE000] * 4 + [0] * 3
 class Left:
     """An emulated hand that a killed program left as a fist, at full torque, and its port."""
 
-    def __init__(self):
-        self.electronics, _plant = build_emulated(load_unit("reference"), HandSpec(seed=3))
+    def __init__(self, **spec):
+        self.electronics, _plant = build_emulated(load_unit("reference"), HandSpec(seed=3, **spec))
         self.clock, self.present = self.electronics.clock, True
         AeroHand(FailingLink(self.electronics), self.clock).command_codes(FIST)
         self.clock.sleep_until(self.clock.now() + 1.0)
@@ -98,7 +100,7 @@ def port(device, serial_number, vid=0x303A):
 def test_a_device_is_found_by_its_serial_number_whatever_its_port_is_called_by_now(monkeypatch):
     here = [port("/dev/ttyX0", "A"), port("/dev/ttyX1", "B"), port("/dev/ttyX2", None)]
     monkeypatch.setattr(list_ports, "comports", lambda: list(here))
-    usb, unnumbered, url = UsbPort.of("/dev/ttyX0"), UsbPort.of("/dev/ttyX2"), UsbPort.of("socket://bench:4000")
+    usb, unnumbered, url = KnownPort.of("/dev/ttyX0"), KnownPort.of("/dev/ttyX2"), KnownPort.of("socket://bench:4000")
     assert usb.now() == "/dev/ttyX0"
     here[:] = [port("/dev/ttyX0", "B")]
     with pytest.raises(ConnectionError, match="serial number A is gone"):
@@ -110,3 +112,56 @@ def test_a_device_is_found_by_its_serial_number_whatever_its_port_is_called_by_n
     assert usb.now() == "/dev/ttyX4"
     assert unnumbered.now() == "/dev/ttyX2"
     assert url.now() == "socket://bench:4000"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals")
+def test_a_pseudo_terminal_of_the_same_name_is_another_port():
+    """The second process of the program before opened the next hand, and its own program found the port taken."""
+    ends = os.openpty()
+    name = os.ttyname(ends[1])
+    known = KnownPort.of(name)
+    os.write(ends[1], b"to the hand")
+    assert known.now() == name
+    for end in ends:
+        os.close(end)
+    with pytest.raises(ConnectionError, match="left alone"):
+        known.now()
+    ends = os.openpty()
+    assert os.ttyname(ends[1]) == name, "the system gives the lowest number"
+    with pytest.raises(ConnectionError, match="left alone"):
+        known.now()
+    for end in ends:
+        os.close(end)
+
+
+def without_power(left, for_s):
+    """Return a hand whose board has no power for a while; the port, that of an adapter, stays."""
+    link = FailingLink(left.electronics)
+    link.silent = True
+
+    def power_on():
+        link.silent = False
+        left.electronics.reset("power_on")
+
+    left.electronics.kernel.call_at(left.began + for_s, power_on)
+    return AeroHand(link, left.clock)
+
+
+@pytest.mark.parametrize("for_s", [3.0, 7.0, 9.0])
+def test_a_board_without_power_is_opened_and_left_weak_by_the_program_itself(for_s):
+    """It homes once it has power, so that all takes longer than the patience for a hand that does not open."""
+    left = Left()
+    hand = without_power(left, for_s)
+    assert open_and_relax(hand, left.clock, Thresholds(), settable=True, last_codes=FIST, silent=True) is None
+    left.assert_open_and_weak()
+
+
+def test_a_silent_board_is_tried_again_by_the_second_process_for_as_long_as_one_may_home():
+    left = Left()
+    hand = without_power(left, 45.0)
+    assert open_what_was_left(lambda: hand, left.clock, Thresholds(), settable=True) is None
+    left.assert_open_and_weak()
+    never = Left()
+    silent = without_power(never, 1000.0)
+    assert open_what_was_left(lambda: silent, never.clock, Thresholds(), settable=True) is not None
+    assert HOMES_S <= never.clock.now() - never.began < HOMES_S + 20.0
