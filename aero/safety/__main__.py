@@ -91,8 +91,9 @@ def open_what_was_left(
 class KnownPort:
     """A port, and what tells whether the device behind it is still the same.
 
-    A USB device is known by its serial number, and may come back under another name. Any other port is known by its
-    device file: where the file was made again, nobody can say what is behind it.
+    A USB device is known by its serial number, and may come back under another name. A symbolic link names a device by
+    itself (`/dev/serial/by-id`, `aero-hil emulate --link`). Any other port is known by its device file: where the file
+    was made again, nobody can say what is behind it.
     """
 
     name: str
@@ -100,7 +101,7 @@ class KnownPort:
     device: tuple[int, int, str] | None
     """Vendor, product and serial number; None for what is not a USB device, or has none."""
     file: tuple[int, ...] | None
-    """Identity of the device file; None where the name is not that of a file."""
+    """Identity of the device file; None where the name is a link, or not that of a file."""
 
     @classmethod
     def of(cls, name: str) -> Self:
@@ -128,15 +129,17 @@ class KnownPort:
 
 
 def _file(name: str) -> tuple[int, ...] | None:
-    """Return what changes when a device file is made again, None where there is no such file.
+    """Return what changes when a device file is made again; None for a link, and where there is no such file.
 
     The number of a pseudo-terminal's file is that of the terminal before it; the time of its making is not.
     """
     try:
+        if Path(name).is_symlink():
+            return None
         found = Path(name).stat()
     except OSError:
         return None
-    made_ns = (found.st_ctime_ns,) if os.path.realpath(name).startswith("/dev/pts/") else ()
+    made_ns = (found.st_ctime_ns,) if name.startswith("/dev/pts/") else ()
     return (found.st_dev, found.st_ino, *made_ns)
 
 

@@ -134,6 +134,18 @@ def test_a_pseudo_terminal_of_the_same_name_is_another_port():
         os.close(end)
 
 
+@pytest.mark.skipif(os.name != "posix", reason="needs symbolic links")
+def test_a_link_names_its_device_whatever_is_behind_it_by_now(tmp_path):
+    link = tmp_path / "hand"
+    (tmp_path / "one").touch()
+    link.symlink_to(tmp_path / "one")
+    known = KnownPort.of(str(link))
+    link.unlink()
+    (tmp_path / "other").touch()
+    link.symlink_to(tmp_path / "other")
+    assert known.now() == str(link)
+
+
 def without_power(left, for_s):
     """Return a hand whose board has no power for a while; the port, that of an adapter, stays."""
     link = FailingLink(left.electronics)
