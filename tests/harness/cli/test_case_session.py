@@ -76,6 +76,7 @@ class Homing:
 @pytest.mark.parametrize(("silent_s", "found"), [(9, True), (45, True), (120, False)])
 def test_a_board_that_homes_is_waited_for(silent_s, found, tmp_path):
     """Enter 9 s after power returned ended with 3 once, and lost what had been typed."""
+    write_case(tmp_path, SETUP)
     with open_target(homed=True) as target:
         session = CaseSession(SETUP, tmp_path, Homing(target, silent_s), asker := Silent())
         if not found:
