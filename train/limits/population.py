@@ -20,17 +20,17 @@ from train.campaign.trial import SIDES, USUAL_FIRMWARE, Outcome, Trial, healthy_
 from train.limits.compute import Healthy, Readings, computed_limits
 
 GENERATOR = "model/units/plausible.py and model/units/conditions.py"
-USUAL = (400_000, 512)
-"""First seed and number of the hands with usual firmware; all hands together take an hour of two cores."""
+USUAL = (400_000, 320)
+"""First seed and number of the hands with usual firmware; all hands together take forty minutes of two cores."""
 _OTHERWISE = (versions[-1] for versions in VERSION_GROUPS if not set(versions) & set(USUAL_FIRMWARE))
 RARE = tuple((401_000 + 1_000 * number, version) for number, version in enumerate(_OTHERWISE))
 """First seed of the hands with each firmware that moves as no usual one does."""
-RARE_HANDS = 128
+RARE_HANDS = 80
 SHORT, SHORT_HANDS = 404_000, 120
 """First seed and number of the hands that only go through the short staircase, which no run has by default."""
 FOLDS = 5
-"""Parts of the population, each judged by limits from the others. Five divides neither the hands nor the kinds that
-take turns, so each part has all of them."""
+"""Parts of the population, each judged by limits from the others. Five has no divisor in common with the number of
+kinds that take turns, so each part has all of them."""
 
 
 def drawn() -> list[Trial]:
