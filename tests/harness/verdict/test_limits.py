@@ -138,16 +138,11 @@ def test_the_limits_are_those_of_the_checks():
                     assert limit.at_least < reading < limit.at_most, limit
 
 
-OLD_TABLE = pytest.mark.xfail(strict=True, reason="the table is older than these rules: `aero-hil limits make`")
-
-
-@OLD_TABLE
 def test_every_computed_limit_rests_on_enough_readings():
     few = [limit for limit in parse_limits(SHIPPED.read_text(encoding="utf-8")) if limit.readings < FEWEST]
     assert few == []
 
 
-@OLD_TABLE
 def test_no_limit_is_wider_than_its_readings_allow():
     """A limit that was moved by hand is one that no campaign gave."""
     checks = {(check.experiment, check.metric, check.subjects): check for check in CHECKS}

@@ -39,7 +39,6 @@ def test_a_beginning_of_the_population_has_each_firmware_in_its_share(part):
     assert all(abs(part * some[named] - count) <= 2 * part for named, count in every.items())
 
 
-@pytest.mark.xfail(strict=True, reason="the table is of an older population: `aero-hil limits make`")
 def test_the_table_says_what_it_was_made_from():
     assert PROVENANCE["hands"] == len(drawn())
     assert PROVENANCE["seeds"] == [min(t.seed for t in drawn()), max(t.seed for t in drawn())]
