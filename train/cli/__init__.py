@@ -7,6 +7,7 @@ from hil.cli.command_table import Command
 COMMANDS: dict[str, Command] = {
     "campaign": Command("train.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
     "limits": Command("train.cli.limits:limits", "Make the limits from a population of healthy hands.", "campaign"),
+    "shipped": Command("train.cli.shipped:shipped", "Say which of the files that ship are out of date."),
     "calibrate": Command("train.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
     "record": Command("train.cli.record:record_command", "Excite a hand and record what calibration needs."),
     "train": Command("train.cli.train:train", "Train a policy."),

@@ -1,0 +1,153 @@
+"""Provenance of what ships: the command, the inputs and the commit that made each artefact, checked against Git.
+
+An input counts as changed if its meaning did: Python without comments, docstrings and formatting, TOML as its values,
+anything else as its bytes. So an edit of prose leaves every artefact up to date.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import tomllib
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from aero.whole_file import write_whole
+
+ROOT = Path(__file__).parents[1]
+TABLE = Path(__file__).with_name("shipped.toml")
+HEAD = "# What ships, and what made it; train/shipped.py explains it, `aero-hil shipped` checks and updates it.\n"
+
+
+class NoHistoryError(ValueError):
+    """This is not a checkout with its whole history, so provenance cannot be checked."""
+
+
+@dataclass(frozen=True)
+class Artefact:
+    """Files that one command made."""
+
+    files: tuple[str, ...]
+    command: str
+    commit: str
+    """Of the program that made them."""
+    inputs: tuple[str, ...] = ()
+    """Files and folders that decide what the command makes."""
+    until: str = ""
+    """Commit up to which the changes of the inputs are explained by `reason`; empty where none are."""
+    reason: str = ""
+
+    def __post_init__(self) -> None:
+        if bool(self.until) != bool(self.reason):
+            raise ValueError(f"{self.files[0]}: `until` and `reason` belong together")
+
+
+def load(table: Path = TABLE) -> tuple[Artefact, ...]:
+    """Return the artefacts of a table."""
+    rows: list[dict[str, Any]] = tomllib.loads(table.read_text(encoding="utf-8"))["artefact"]
+    return tuple(Artefact(**{name: _frozen(value) for name, value in row.items()}) for row in rows)
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def store(artefacts: tuple[Artefact, ...], table: Path = TABLE) -> None:
+    """Write a table."""
+    rows = [{name: value for name, value in asdict(one).items() if value} for one in artefacts]
+    lines = ["\n[[artefact]]\n" + "".join(f"{name} = {json.dumps(row[name])}\n" for name in row) for row in rows]
+    write_whole(table, HEAD + "".join(lines))
+
+
+def made(artefacts: tuple[Artefact, ...], file: str, reason: str = "", root: Path = ROOT) -> tuple[Artefact, ...]:
+    """Return the artefacts after `file` was made by the commit that is checked out, or its changes were explained.
+
+    Args:
+        artefacts: of the table.
+        file: one of them.
+        reason: explanation of the changes of its inputs up to now; empty if it was made anew.
+        root: the checkout.
+
+    Raises:
+        ValueError: it is not listed.
+        NoHistoryError: not a checkout.
+    """
+    if not any(file in one.files for one in artefacts):
+        listed = ", ".join(name for one in artefacts for name in one.files)
+        raise ValueError(f"{file} is not listed; listed are {listed}")
+    now = _git(root, "rev-parse", "--short=12", "HEAD").decode().strip()
+
+    def changed(one: Artefact) -> Artefact:
+        return replace(one, until=now, reason=reason) if reason else replace(one, commit=now, until="", reason="")
+
+    return tuple(changed(one) if file in one.files else one for one in artefacts)
+
+
+def problems(artefact: Artefact, root: Path = ROOT) -> Iterator[str]:
+    """Yield what is wrong with an artefact, one line each: nothing for one that is up to date.
+
+    Raises:
+        NoHistoryError: not a checkout with its history.
+    """
+    missing = [name for name in (*artefact.files, *artefact.inputs) if not (root / name).exists()]
+    yield from (f"{artefact.files[0]}: {name} does not exist" for name in missing)
+    since = artefact.until or artefact.commit
+    unknown = [commit for commit in {artefact.commit, since} if not exists(commit, root)]
+    yield from (f"{artefact.files[0]}: commit {commit} is not in the history" for commit in unknown)
+    if missing or unknown or not artefact.inputs:
+        return
+    listed = _git(root, "diff", "--name-only", "-z", since, "--", *artefact.inputs).decode()
+    changed = [name for name in listed.split("\0") if name and _changed(name, since, root)]
+    if changed:
+        named = ", ".join(changed[:5]) + (f" and {len(changed) - 5} more" if len(changed) > 5 else "")
+        yield f"{artefact.files[0]} is out of date: {named} changed since {since}; {artefact.command}"
+
+
+def exists(commit: str, root: Path = ROOT) -> bool:
+    """Return whether a commit is in the history of what is checked out.
+
+    Raises:
+        NoHistoryError: not a checkout with its history.
+    """
+    if _git(root, "rev-parse", "--is-shallow-repository").strip() != b"false":
+        raise NoHistoryError("this checkout lacks its history; `git fetch --unshallow` brings it")
+    command = ("git", "-C", str(root), "merge-base", "--is-ancestor", commit, "HEAD")
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+
+def _changed(name: str, commit: str, root: Path) -> bool:
+    path = root / name
+    now = path.read_bytes() if path.is_file() else b""
+    try:
+        before = _git(root, "show", f"{commit}:{name}")
+    except NoHistoryError:  # a new file
+        return True
+    return meaning(name, now) != meaning(name, before)
+
+
+def meaning(name: str, content: bytes) -> object:
+    """Return what a file means: its syntax without docstrings, its values, or its bytes."""
+    if name.endswith(".toml"):
+        return tomllib.loads(content.decode())
+    if not name.endswith(".py"):
+        return content
+    tree = ast.parse(content)
+    for node in ast.walk(tree):
+        if isinstance(body := getattr(node, "body", None), list):
+            node.body = [one for one in body if not _is_docstring(one)]  # type: ignore[attr-defined]
+    return ast.dump(tree)
+
+
+def _is_docstring(node: ast.AST) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def _git(root: Path, *arguments: str) -> bytes:
+    try:
+        done = subprocess.run(("git", "-C", str(root), *arguments), capture_output=True, check=True)
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise NoHistoryError(f"{root} is not a checkout with its history: {error}") from error
+    return done.stdout
