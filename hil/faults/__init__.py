@@ -1,7 +1,7 @@
-"""Faults: what may be wrong with a hand, its servos, its board or its link, as plain objects.
+"""Faults of a hand, its servos, its board and its link, as plain objects.
 
-`parse_fault("encoder_scale:index=1.05@20")` makes an injection of one, `CATALOGUE` lists them all, and
-`hil.open_target(faults=...)` puts them into an emulated hand.
+`parse_fault("encoder_scale:index=1.05@20")` returns an injection, `CATALOGUE` lists all faults, and
+`hil.open_target(faults=...)` injects faults into an emulated hand.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Acts on a running emulated hand, by name: the words that are typed, clicked or given in Python."""
+"""Acts on a running emulated hand, by name: typed, clicked, or called from Python."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ READS: dict[str, Callable[[str], object]] = {
     "CHANNEL": channel_named,
     "PART": lambda name: named("part", name, PARTS),
 }
-"""What may follow the name of an act, and how it is read."""
+"""Parsers of an act's arguments, by kind."""
 
 
 @dataclass(frozen=True)
 class HandAct:
-    """Something that a person does to a hand."""
+    """User's act on a hand."""
 
     takes: tuple[str, ...]
-    """What follows the name: keys of `READS`; in brackets what may be left out."""
+    """Argument kinds, keys of `READS`; optional ones in brackets."""
     words: str
-    """What it is, for people."""
+    """Description for display."""
     do: Callable[..., object]
-    """Does it, given the workbench and what was taken; returns what is seen."""
+    """Performs the act, given the workbench and the parsed arguments."""
 
 
 ACTS: dict[str, HandAct] = {
@@ -53,14 +53,14 @@ ACTS: dict[str, HandAct] = {
     "flashed": HandAct((), "look which firmware is on the board", Workbench.flashed),
     "voltage": HandAct((), "measure the supply", Workbench.voltage),
 }
-"""What may be done. Every one of them happens at once, and what takes time goes on while the hand runs."""
+"""All acts by name. Each act returns at once; a lasting one continues while the hand runs."""
 
 
 def act(workbench: Workbench, text: str) -> str:
-    """Do what a line of words says, as in `inject motor_dead:ring` or `exchange_servos ring pinky`.
+    """Perform an act given as text, such as `inject motor_dead:ring` or `exchange_servos ring pinky`.
 
     Raises:
-        ValueError: there is no such act, it takes other words, or it cannot be done; one line says what can.
+        ValueError: unknown act, wrong arguments, or an act that the hand refuses; the line names the valid ones.
     """
     name, *words = text.split() or [""]
     chosen = named("act", name, ACTS)

@@ -1,4 +1,4 @@
-"""The emulated hand that faults are injected into, during and after assembly: its unit, mechanics and electronics."""
+"""Emulated hand under assembly, into which faults are injected: unit, mechanics and electronics."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from model import BuiltHandPlant
 from model.units import Unit
 
 Change = Callable[[Unit], Unit]
-"""Makes the unit with a fault of the one without."""
+"""Maps a unit to the unit with a fault."""
 
 
 @dataclass(frozen=True)
 class Active:
-    """A fault that was injected, before and after it begins."""
+    """Handle of an injected fault, which may not have begun."""
 
     begin: Callable[[], object]
-    """Lets it have its effect from now on."""
+    """Starts the effect of the fault."""
     clear: Callable[[], object] | None = None
-    """Takes it away; None for what cannot be undone, such as a restart."""
+    """Clears the fault; None for a momentary fault, such as a restart."""
 
     def undo(self) -> None:
-        """Take it away, where that can be."""
+        """Clear the fault, if it is clearable."""
         if self.clear is not None:
             self.clear()
 
 
 class HandAssembly:
-    """A hand under assembly. It has a unit, then mechanics, then electronics."""
+    """Hand under assembly: first a unit, then mechanics, then electronics."""
 
     def __init__(
         self,
@@ -48,23 +48,23 @@ class HandAssembly:
         """Start with a healthy unit.
 
         Args:
-            unit: the hand without its faults.
-            firmware: version that is declared.
-            side: of the hand.
-            random: returns the random numbers of one injection.
-            fire: called with an injection that has an effect.
+            unit: parameters of the healthy hand.
+            firmware: declared version.
+            side: side of the hand.
+            random: returns the random generator of one injection.
+            fire: called with each injection that has an effect.
         """
         self.healthy = self.unit = unit
-        """The hand without its faults, and with those of its mechanics so far."""
+        """Parameters of the healthy hand (`healthy`), and of the hand with its present faults (`unit`)."""
         self.firmware = firmware
-        """Version that the board runs."""
+        """Version on the board."""
         self.board_side = self.side = side
-        """Hand that the board's firmware was made for."""
+        """Side of the board's firmware, and of the hand."""
         self.random, self.fire = random, fire
         self.link = LinkFaults(fire)
-        """What acts on the bytes between host and board."""
+        """Active faults of the link between host and board."""
         self.stalls: list[tuple[Hashable, float, Random]] = []
-        """Faults that hold the program up: for how long each time, s, and their random numbers."""
+        """Faults that stall the program: fault, duration of one stall, s, and random generator."""
         self._changes: list[Change] = []
         self._between: list[ShaftFault] = []
         self._mechanics: BuiltHandPlant | None = None
@@ -72,29 +72,29 @@ class HandAssembly:
         self._hand: EmulatedHand | None = None
 
     def build_mechanics(self, plant: BuiltHandPlant, rewire: Callable[[Plant], Plant] | None) -> None:
-        """Take the mechanics of the unit; `rewire` puts something in front of them that no fault knows."""
+        """Set the mechanics of the unit; `rewire` wraps them in a plant that faults do not see."""
         self._mechanics = plant
         self._nearest = plant if rewire is None else rewire(plant)
 
     def connect(self, hand: EmulatedHand) -> None:
-        """Take the electronics, which now drive the shafts."""
+        """Set the electronics, which now drive the shafts."""
         self._hand = hand
 
     @property
     def mechanics(self) -> BuiltHandPlant:
-        """What turns behind all shaft faults."""
+        """Mechanics behind all shaft faults."""
         assert self._mechanics is not None, "the mechanics are not built yet"
         return self._mechanics
 
     @property
     def shafts(self) -> Plant:
-        """What the servos turn: the mechanics behind all shaft faults."""
+        """Plant driven by the servos: the outermost shaft fault, or the mechanics."""
         assert self._nearest is not None, "the mechanics are not built yet"
         return self._between[-1] if self._between else self._nearest
 
     @property
     def hand(self) -> EmulatedHand:
-        """The electronics."""
+        """Electronics of the hand, asserted to be connected."""
         assert self._hand is not None, "the electronics are not there yet"
         return self._hand
 
@@ -104,11 +104,11 @@ class HandAssembly:
 
     @property
     def is_running(self) -> bool:
-        """Whether the electronics are there."""
+        """True if the electronics are connected."""
         return self._hand is not None
 
     def changed(self, change: Change) -> Active:
-        """Return a fault that is another unit; the mechanics follow where they are built."""
+        """Return the handle of a parameter change; `begin` also updates the mechanics, if built."""
 
         def begin() -> None:
             self._changes.append(change)
@@ -122,12 +122,12 @@ class HandAssembly:
         return Active(begin, clear)
 
     def refound(self, change: Change) -> None:
-        """Make another hand of the one without faults, as when two of its parts are exchanged."""
+        """Change the healthy hand, for example by an exchange of two parts."""
         self.healthy = change(self.healthy)
         self._rebuild()
 
     def insert(self, fault: ShaftFault) -> Active:
-        """Insert a fault between servos and shafts; it has no effect until it begins."""
+        """Insert a fault between servos and shafts, without effect until `begin` of the returned handle."""
         fault.behind = self.shafts
         self._between.append(fault)
         self._reconnect()
@@ -148,19 +148,19 @@ class HandAssembly:
         return Active(begin, clear)
 
     def flash(self, firmware: str, side: HandSide) -> None:
-        """Put another firmware on the board, which restarts."""
+        """Flash a firmware for a side on the board, which restarts."""
         self.firmware, self.board_side = firmware, side
         self.hand.flash(firmware, side)
 
     def supply_left(self) -> float:
-        """Return the share of the nominal supply that is left at present under load."""
+        """Return the present supply voltage under load, as a fraction of nominal."""
         left = self.mechanics.compiled.supply
         for fault in self._between:
             left *= fault.supply_left
         return left
 
     def advance(self) -> None:
-        """Bring the mechanics up to the present time of the electronics."""
+        """Advance the mechanics to the present time of the electronics."""
         if self._hand is not None:
             self._hand.advance_plant()
 

@@ -1,8 +1,7 @@
-"""Acts on an emulated hand that somebody else may hold, and the acts that undo them.
+"""Acts on an emulated hand, possibly in another process, and the acts that undo them."""
 
-The state of a hand is the list of acts that would bring a whole hand there, so that a process behind a pseudo-terminal
-can tell it, and one function undoes it everywhere.
-"""
+# The state of a hand is a list of acts on a healthy hand, because text passes a process boundary where an object
+# cannot; one function then undoes acts in this process and behind a pseudo-terminal.
 
 from __future__ import annotations
 
@@ -15,9 +14,9 @@ from hil.faults.fault import Injection
 from hil.faults.workbench import Workbench
 
 UNDONE_BY = {"inject": "clear", "cable_off": "cable_on", "hold": "let_go", "power_off": "power_on"}
-"""Act to the one that undoes it; an exchange undoes itself."""
+"""Act to its inverse; an exchange is its own inverse."""
 MOST_ACTS = 200
-"""Limit of acts in one restoration; a hand that needs more is not restorable."""
+"""Limit of acts in one restoration; above it the hand counts as not restorable."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +24,11 @@ class BenchState:
     """State of an emulated hand on a bench."""
 
     acts: tuple[str, ...] = ()
-    """Acts that bring a whole hand into this state."""
+    """Acts that bring a healthy hand into this state."""
     done: tuple[tuple[float, str], ...] = ()
-    """Everything that was done since the hand was opened, and when, s on its clock."""
+    """Log of acts since the hand was opened: time, s on the hand's clock, and text."""
     faults: str = ""
-    """Texts of the faults that the hand has, had at an instant, or will have, with blanks between."""
+    """Present, past momentary and scheduled faults as `parse_fault` reads them, separated by blanks."""
 
     @classmethod
     def of(cls, workbench: Workbench) -> BenchState:
@@ -38,16 +37,16 @@ class BenchState:
 
     @property
     def present(self) -> tuple[Injection, ...]:
-        """The faults."""
+        """Injections parsed from `faults`."""
         return tuple(map(parse_fault, self.faults.split()))
 
 
 @dataclass(frozen=True)
 class HandBench:
-    """Capability: an emulated hand, in this process or behind a pseudo-terminal, to which acts are done."""
+    """Capability to act on an emulated hand in this process or behind a pseudo-terminal."""
 
     act: Callable[[str], str]
-    """Does an act in words and returns the sentence about it; raises ValueError where it cannot be done."""
+    """Performs an act given as text and returns a sentence about the act; raises ValueError if the hand refuses."""
     state: Callable[[], BenchState]
 
     @classmethod
@@ -56,7 +55,7 @@ class HandBench:
         return cls(lambda words: act(workbench, words), lambda: BenchState.of(workbench))
 
     def restore(self, wanted: Sequence[str]) -> None:
-        """Bring the hand into the state that these acts would bring a whole hand into.
+        """Restore the state that the `wanted` acts produce on a healthy hand.
 
         Raises:
             ValueError: an act cannot be undone.
@@ -69,7 +68,7 @@ class HandBench:
 
 
 def next_act(present: Sequence[str], wanted: Sequence[str]) -> str | None:
-    """Return the act to do next, so that `present` becomes `wanted`; None where they agree."""
+    """Return the next act on the way from `present` to `wanted`, or None if both agree."""
     if "power_off" in present and "power_off" not in wanted:
         return "power_on"
     have, want = ([one for one in acts if one.startswith("exchange_")] for acts in (present, wanted))

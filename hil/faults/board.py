@@ -1,4 +1,4 @@
-"""Faults of the board: lost or wrong memory, restarts, and which firmware it runs: it is built with that."""
+"""Board faults: lost or wrong memory, restarts, and a firmware other than declared (built in)."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Se
 
 BOARD = FaultLayer.BOARD
 RUNS = "board_runs_"
-"""Begins the name of a fault that says which version the board runs in truth."""
+"""Name prefix of the faults of a version other than declared."""
 OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
 
 
 def _event(
     act: Callable[[EmulatedHand, Injection], object], undo: Callable[[EmulatedHand, Injection], object] | None = None
 ) -> Inject:
-    """Return what injects something that happens to the electronics."""
+    """Return an injector of an event in the electronics."""
 
     def inject(assembly: HandAssembly, fault: Injection) -> Active:
         clear = None if undo is None else lambda: undo(assembly.hand, fault)
@@ -52,7 +52,7 @@ def _trim(hand: EmulatedHand, fault: Injection, *, way: int) -> None:
 
 
 def _centre(hand: EmulatedHand, fault: Injection, *, homes: bool) -> None:
-    """Let the board do what another program has asked of it; its acknowledgement went there."""
+    """Run CALIBRATE_MID on the board as if requested by another program, which took the acknowledgement."""
     board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.where)
 
     def task() -> Task:
@@ -106,7 +106,7 @@ FAULTS = (
     Fault("calibrated_mid_and_homed", BOARD, Part.SETUP,
           "CALIBRATE_MID, then HOMING, which undoes it; nothing is read meanwhile",
           _event(partial(_centre, homes=True)), ALL, at_s=5.0),
-    # The firmware or the name that was given for it: whoever flashes and whoever names mend the same.
+    # Part SETUP besides BOARD, because flashing the board and correcting the declared name both clear the fault.
     *(
         Fault(f"{RUNS}{version}", FaultLayer.FIRMWARE, Part.SETUP,
               f"the board runs {version}, another version than declared",

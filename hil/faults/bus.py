@@ -1,4 +1,4 @@
-"""Faults of what servos answer on the bus; they do what they are told and control on what they measure."""
+"""Bus faults: servo answers change in transit; motion and control of the servos stay healthy."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Se
 
 BUS = FaultLayer.BUS
 PERIOD_S = 0.1
-"""Period of a servo that is silent now and then, s."""
+"""Period of an intermittently silent servo, s."""
 ENOUGH = 0x7FFF
 READS = (Instruction.READ, Instruction.SYNC_READ)
 
 Spoil = Callable[["BusAnswer", float, Random], bytes]
-"""What arrives of an answer, given the severity."""
+"""Maps an answer, a severity and random numbers to the bytes that arrive."""
 
 
 class BusAnswer:
-    """One servo's answer, and what was asked."""
+    """Answer of one servo, with the address that was read."""
 
     def __init__(self, data: bytes, address: int | None, now: float) -> None:
         self.servo, self.code, self.registers = data[2], data[4], data[5:-1]
         self.address = address
-        """Address of the first register in it; None for an answer to no read."""
+        """Address of the first register in the answer; None unless it answers a read."""
         self.now = now
         self.data = data
 
     def with_register(self, name: str, change: Callable[[int], int]) -> bytes:
-        """Return the answer with another value in one register, when that is in it."""
+        """Return the answer with one register changed, or unchanged if it does not contain the register."""
         row = REGISTERS[name]
         at = -1 if self.address is None else row.address - self.address
         if at < 0 or at + row.size > len(self.registers):
@@ -49,7 +49,7 @@ class BusAnswer:
 
 
 class SpoiledAnswers:
-    """What stands on the bus between servos and board: a `Tap`."""
+    """`Tap` on the bus between servos and board that changes answers."""
 
     def __init__(self, kernel: Kernel, fired: Callable[[Injection], None]) -> None:
         self._kernel = kernel
@@ -58,19 +58,19 @@ class SpoiledAnswers:
         self._address: int | None = None
 
     def add(self, fault: Injection, spoil: Spoil, random: Random) -> None:
-        """Let one more fault act from now on."""
+        """Activate a fault."""
         self._faults.append((fault, spoil, random))
 
     def remove(self, fault: Injection) -> None:
-        """Let a fault act no more."""
+        """Deactivate a fault."""
         self._faults = [row for row in self._faults if row[0] != fault]
 
     def asked(self, data: bytes) -> None:
-        """Note which register a read begins at."""
+        """Record the start address of a read."""
         self._address = data[5] if len(data) > 6 and data[4] in READS else None
 
     def answered(self, data: bytes) -> bytes:
-        """Return what of a train of answers arrives."""
+        """Return the bytes that arrive of a train of answers."""
         return b"".join(self._passed(one) for one in _packets(data))
 
     def _passed(self, data: bytes) -> bytes:
@@ -85,7 +85,7 @@ class SpoiledAnswers:
 
 
 def _packets(train: bytes) -> Iterator[bytes]:
-    """Cut a train into packets; what is none (two servos that spoke at once) comes as it is."""
+    """Split a train into packets; yield a malformed rest, such as a collision of two servos, unchanged."""
     while train[:2] == HEADER and len(train) >= 4:
         size = train[3] + 4
         yield train[:size]
@@ -123,7 +123,7 @@ def _current(answer: BusAnswer, factor: float, random: Random) -> bytes:
 
 
 def _spoiled(spoil: Spoil) -> Inject:
-    """Return what lets a servo's answers arrive otherwise."""
+    """Return an injector of a change to a servo's answers."""
 
     def inject(assembly: HandAssembly, fault: Injection) -> Active:
         def begin() -> None:

@@ -1,4 +1,4 @@
-"""What a person's fingers do to a hand: bend a digit, turn a spool; and a servo that turns nothing."""
+"""Manual acts on an emulated hand: bend a digit, turn a spool, unload a servo."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from hil.faults.servo import servo_of
 from model.units import Unit
 
 TOUCH_S = 2.0
-"""For how long a person bends a digit or turns a spool, s."""
+"""Duration of bending a digit or turning a spool by hand, s."""
 PUSH_NM = 0.12
-"""What a finger is pushed with at each joint, N m."""
+"""Torque of a push at each joint of a digit, N m."""
 PLAY_MM, OFF_MM = 1.0, 50.0
-"""Play of a cable that a finger feels, and play beyond that of any cable on its spool, mm."""
+"""Thresholds of cable play, mm: above the first it is felt, above the second the cable is off its spool."""
 TURN_RAD, TURN_NM, TURN_GAIN, TURN_DAMPING = math.pi, 0.6, 2.0, 0.02
-"""How far a spool is turned by hand, with how much at most, N m, and how: N m/rad, N m s/rad."""
+"""Turn of a spool by hand: angle, rad; torque limit, N m; gains, N m/rad and N m s/rad."""
 LOOK_S = 0.01
-"""Period in which a person's fingers follow a spool, s."""
+"""Control period of turning a spool by hand, s."""
 Tell = Callable[[str], object]
-"""Takes what was felt."""
+"""Receives the finding as a sentence."""
 
 
 def bend(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:
-    """Push a digit closed, then open, from now on; `tell` takes how far it moved and what its cable felt like then."""
+    """Start to push a digit closed, then open; `tell` receives its travel and the state of its cable at the end."""
     joints, mechanics, kernel = list(JOINTS[channel]), assembly.mechanics, assembly.hand.kernel
     start = mechanics.joint_angles()[joints]
     reached: list[float] = []
@@ -54,7 +54,7 @@ def bend(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:
 
 
 def cable_words(assembly: HandAssembly, channel: Channel) -> str:
-    """Return what a finger feels of the cable of a digit at rest; a cable off its spool is none that holds."""
+    """Return the cable state of a digit at rest (taut, play in mm, free, none), as text for display."""
     if channel not in CABLES:
         return "it has no cable"
     loose_mm = 1e3 * float(assembly.mechanics.slack()[channel])
@@ -64,7 +64,7 @@ def cable_words(assembly: HandAssembly, channel: Channel) -> str:
 
 
 def turn(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:
-    """Turn a spool to close, its torque off, from now on; `tell` takes how far it went when it is let go."""
+    """Start to turn a spool in the closing direction with servo torque off; `tell` receives the angle at the end."""
     servo, mechanics, kernel = servo_of(assembly.hand, channel), assembly.mechanics, assembly.hand.kernel
     servo.write(servo.model.places["torque_enable"].address, b"\0")
     start, begun = float(mechanics.angles()[channel]), kernel.now
@@ -85,10 +85,10 @@ def turn(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:
 
 
 def unloaded(unit: Unit, channel: Channel) -> Unit:
-    """Return a unit one of whose servos turns nothing."""
+    """Return a unit with the servo of `channel` unloaded."""
     if channel in CABLES:
         return with_values(unit, "cable_take_up", [channel], lambda _: NEVER_TAUT_M)
-    # The shaft of abduction is its joint: what is left of it is the servo.
+    # Abduction has no cable: its shaft is the joint, so the joint's own torques and stop are removed instead.
     nothing: dict[str, Callable[[float], float]] = {
         "joint_friction": lambda _: 0.0,
         "spring_open": lambda _: 0.0,

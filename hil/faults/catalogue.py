@@ -1,4 +1,4 @@
-"""All faults, by name, and the text that stands for one."""
+"""Catalogue of all faults by name, and the parser of fault texts."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ TEXT = re.compile(r"(?P<name>[^:=@]+)(:(?P<channel>[^:=@]+))?(=(?P<severity>[^:=
 
 
 def parse_fault(text: str) -> Injection:
-    """Return the injection that `NAME[:CHANNEL][=SEVERITY][@SECONDS]` stands for.
+    """Parse an injection written as `NAME[:CHANNEL][=SEVERITY][@SECONDS]`.
 
-    A severity is a number in the unit of the catalogue, or `mild`, `medium` (when left out) or `severe`. Without a
-    channel the fault sits on the first of its own.
+    A severity is a number in the unit of the catalogue, or `mild`, `medium` (the default) or `severe`. The default
+    channel is the first of `Fault.channels`.
 
     Raises:
-        ValueError: no such fault, channel, severity or time; one line says what there is.
+        ValueError: unknown fault, channel, severity or time; the line names the valid ones.
     """
     match = TEXT.fullmatch(text.strip())
     if match is None:
@@ -40,10 +40,10 @@ def parse_fault(text: str) -> Injection:
 
 
 def named(what: str, name: str, known: Mapping[str, Known], listed: str = "") -> Known:
-    """Return what has a name.
+    """Return the entry of `known` with a name.
 
     Raises:
-        ValueError: nothing has; the line says what may be meant, and what there is.
+        ValueError: unknown name; the line suggests a close one and names the valid ones.
     """
     if name not in known:
         close = get_close_matches(name, known, 1)
@@ -74,15 +74,15 @@ PLACES: dict[tuple[Channel, ...], str] = {(): "the hand", ALL: "a channel", CABL
 
 
 def severities(fault: Fault) -> str:
-    """Return the mild, medium and severe severity with their unit, for people."""
+    """Return the mild, medium and severe severity with their unit, as text for display."""
     return "there or not" if fault.severity is None else str(fault.severity)
 
 
 def where(fault: Fault) -> str:
-    """Return where a fault may sit, for people."""
+    """Return the candidate channels of a fault, as text for display."""
     return PLACES.get(fault.channels) or ", ".join(channel.label for channel in fault.channels)
 
 
 def begins(fault: Fault) -> str:
-    """Return when a fault begins, for people."""
+    """Return the start time of a fault, as text for display."""
     return "built in" if not fault.later else f"@{fault.at_s:g}" if fault.at_s else "any time"

@@ -1,6 +1,6 @@
-"""Faults of an encoder: the angle that a servo reads is not the shaft's, and the servo controls on what it reads.
+"""Encoder faults: the servo reads, and controls on, an angle other than the shaft's.
 
-A fault stores the error of the present reading and gives the shaft the servo's goal less that error.
+A fault stores the error of the present reading and subtracts the error from the servo's goal.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from hil.faults.shaft_fault import Floats, ShaftFault
 
 ENCODER = FaultLayer.ENCODER
 ReadingChange = Callable[[float, float], float]
-"""What an encoder reads, rad, at a shaft angle, rad, and a time since it went wrong, s."""
+"""Maps a shaft angle, rad, and the time since the fault began, s, to a reading, rad."""
 
 
 class Encoder(ShaftFault):
-    """An encoder that reads something else."""
+    """Encoder with a wrong reading."""
 
     def __init__(self, behind: Plant, shaft: int, reading: ReadingChange) -> None:
         super().__init__(behind, shaft)
@@ -31,14 +31,14 @@ class Encoder(ShaftFault):
         self._read = self._error = 0.0
 
     def begin(self) -> None:
-        """Start the fault: the encoder reads wrongly."""
+        """Start the fault and take a first wrong reading."""
         self._since = self.time
         self.active = True
         self._look()
         self.renew()
 
     def advance_to(self, t: float) -> None:
-        """Integrate to `t`, s, and read again."""
+        """Integrate to `t`, s, and update the reading."""
         if t <= self.time:
             return
         super().advance_to(t)
@@ -48,14 +48,14 @@ class Encoder(ShaftFault):
                 self.behind.set_setpoint(self.shaft, self.asked.setpoint - self._error)
 
     def angles(self) -> Floats:
-        """Return what the encoders read, (7,), rad."""
+        """Return the readings of the encoders, (7,), rad."""
         angles = self.behind.angles()
         if self.active:
             angles[self.shaft] = self._read
         return angles
 
     def changed(self, drive: Drive) -> Drive:
-        """Return the drive to a goal in the encoder's terms."""
+        """Return the drive with the encoder's error subtracted from its goal."""
         return replace(drive, setpoint=drive.setpoint - self._error)
 
     def _look(self) -> None:
@@ -65,14 +65,14 @@ class Encoder(ShaftFault):
 
 
 class Scaled(Encoder):
-    """An encoder whose counts stand for another angle, in speeds too."""
+    """Encoder with a wrong scale of angle and speed."""
 
     def __init__(self, behind: Plant, shaft: int, scale: float) -> None:
         super().__init__(behind, shaft, lambda true, seconds: scale * true)
         self._scale = scale
 
     def speeds(self) -> Floats:
-        """Return what the encoders make of the speeds, (7,), rad/s."""
+        """Return the speeds as read, (7,), rad/s."""
         speeds = self.behind.speeds()
         if self.active:
             speeds[self.shaft] *= self._scale
@@ -80,10 +80,10 @@ class Scaled(Encoder):
 
 
 class Frozen(Encoder):
-    """An encoder that reads for ever what it read first; the loop pushes with a constant torque."""
+    """Encoder frozen at its first reading; the position loop then applies a constant torque."""
 
     def changed(self, drive: Drive) -> Drive:
-        """Return the torque that the constant error asks for."""
+        """Return a constant torque, that of the loop at the frozen reading."""
         torque = drive.torque + drive.stiffness * (drive.setpoint - self._read)
         return replace(drive, setpoint=0.0, stiffness=0.0, damping=0.0, torque=torque)
 
@@ -92,7 +92,7 @@ class Frozen(Encoder):
         self.behind.advance_to(t)
 
     def speeds(self) -> Floats:
-        """Return speeds, that of the frozen encoder zero, (7,), rad/s."""
+        """Return speeds, (7,), rad/s, with zero for the frozen encoder."""
         speeds = self.behind.speeds()
         if self.active:
             speeds[self.shaft] = 0.0
@@ -100,14 +100,14 @@ class Frozen(Encoder):
 
 
 class Play:
-    """A magnet that is loose on its shaft by an angle, rad."""
+    """Backlash of a loose magnet on its shaft, rad."""
 
     def __init__(self, play: float) -> None:
         self._half = 0.5 * play
         self._at = 0.0
 
     def __call__(self, true: float, seconds: float) -> float:
-        """Return where the magnet is."""
+        """Return the angle of the magnet, rad."""
         self._at = min(max(self._at, true - self._half), true + self._half)
         return self._at
 
@@ -137,7 +137,7 @@ FAULTS = (
     Fault("encoder_scale", ENCODER, Part.SERVO, "an encoder reads too much",
           on_shaft(lambda assembly, fault: Scaled(assembly.shafts, fault.where, fault.severity)),
           ALL, Severity("factor", (1.02, 1.05, 1.2), 0.5, 2)),
-    # Homing mends a zero that was displaced once, whatever displaced it.
+    # SETUP is an alternative part, because homing corrects a zero that was displaced once, whatever the cause.
     Fault("encoder_offset", ENCODER, Part.SERVO, "an encoder's zero is displaced",
           _encoder(_offset), ALL, ZERO, alike=(Part.SETUP,)),
     Fault("encoder_slip", ENCODER, Part.SERVO, "a magnet slips once",

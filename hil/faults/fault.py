@@ -1,4 +1,4 @@
-"""A fault: what may be wrong, as one object; and an injection of it, with its severity, place and time."""
+"""Faults as objects, and injections of faults with severity, channel and start time."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from aero.channels import Channel
 from hil.faults.assembly import Active, HandAssembly
 
 Inject = Callable[[HandAssembly, "Injection"], Active]
-"""Puts a fault into a hand at its stage; raises ValueError for a hand that cannot have it."""
+"""Injects a fault into a hand at the fault's stage; raises ValueError if the hand cannot have the fault."""
 ALL = tuple(Channel)
 STEPS = ("mild", "medium", "severe")
-"""What may stand for a severity."""
+"""Names of the three severities."""
 
 
 class Part(Enum):
-    """Where a fault sits. A servo and a digit are those of one channel, the others of the whole hand."""
+    """Component at fault: one channel's for SERVO and DIGIT, the whole hand's otherwise."""
 
     COMPUTER = "this computer and its program"
     DRIVER = "the driver or its actuation map"
@@ -29,24 +29,24 @@ class Part(Enum):
     SERVO = "servo"
     """Motor, gear, encoder, current sensor, and the settings in its registers."""
     DIGIT = "digit"
-    """Cable, spring, joint and stop, and what touches it."""
+    """Cable, spring, joint, end stop, and objects in contact with the digit."""
     SETUP = "set-up"
-    """Homing, the named firmware or side, something held, a glove, neighbours that touch."""
+    """Homing, the declared firmware or side, a held object, a glove, neighbours in contact."""
 
 
 class AssemblyStage(IntEnum):
-    """When in the assembly of a hand a fault is injected."""
+    """Stage of a hand's assembly at which a fault is injected."""
 
     BUILDING = 0
-    """Before there are mechanics: it changes the unit, or which firmware there is."""
+    """Before the mechanics are built: the fault changes the unit or the firmware."""
     SHAFTS = 1
     """Between servos and mechanics."""
     RUNNING = 2
-    """Into the electronics, or into their link to the host."""
+    """In the electronics, or in their link to the host."""
 
 
 class FaultLayer(Enum):
-    """What a fault is about. Its value is its name for people and the stage of its injection."""
+    """Layer of a hand at which a fault acts; the value is a display name and an injection stage."""
 
     CABLE = "cable", AssemblyStage.BUILDING
     JOINT = "joint", AssemblyStage.BUILDING
@@ -64,70 +64,70 @@ class FaultLayer(Enum):
 
     @property
     def label(self) -> str:
-        """Its name for people."""
+        """Display name of the layer."""
         return self.value[0]
 
     @property
     def stage(self) -> AssemblyStage:
-        """When its faults are injected."""
+        """Stage at which faults of the layer are injected."""
         return self.value[1]
 
 
 @dataclass(frozen=True)
 class Severity:
-    """How much of a fault there may be."""
+    """Severity scale of a fault: unit, three steps, bounds."""
 
     unit: str
     steps: tuple[float, float, float]
-    """Mild (near what a harness might just see), medium (the default), severe (plainly harmful)."""
+    """Mild (near the detection limit of a harness), medium (the default), severe (plainly harmful)."""
     low: float = 0.0
     high: float = math.inf
-    """Bounds; those of the catalogue are finite."""
+    """Upper bound; finite for every fault of the catalogue."""
 
     def __str__(self) -> str:
-        """Return the three steps with their unit, for people."""
+        """Return the three steps with their unit, as text for display."""
         return f"{', '.join(f'{step:g}' for step in self.steps)} {self.unit}"
 
 
 def share(of: str, mild: float, medium: float, severe: float) -> Severity:
-    """Return a severity from 0 to 1 that is a share of something."""
+    """Return the severity scale of a fraction of `of`, 0 to 1."""
     return Severity(f"of {of}", (mild, medium, severe), 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that may be wrong."""
+    """Fault type of the catalogue, without severity, channel or time of an injection."""
 
     name: str
     layer: FaultLayer
     part: Part
-    """What an owner replaces, mends or changes when this is wrong."""
+    """Part to be replaced, repaired or corrected by the owner."""
     words: str
-    """What it is, for people."""
+    """Description for display."""
     inject: Inject
     channels: tuple[Channel, ...] = ()
-    """Channels that it may sit on, the default first; empty for a fault of the whole hand."""
+    """Candidate channels, the default first; empty for a fault of the whole hand."""
     severity: Severity | None = None
-    """None for a fault that is there or not."""
+    """Severity scale, or None for a fault that is either present or absent."""
     at_s: float = 0.0
-    """When it begins where nothing is said, s."""
+    """Default start time, s."""
     later: bool = True
-    """Whether it can begin on a running hand; else the hand is built with it."""
+    """True for a fault that can begin on a running hand, False for a fault that is built in."""
     excludes: str = ""
-    """Two faults with the same word here cannot sit on one channel; its own name when left out."""
+    """Exclusion group, the fault's name if empty; two faults of one group cannot share a channel."""
     alike: tuple[Part, ...] = ()
-    """Other parts whose fault is the same to whoever does not open the hand."""
+    """Other parts whose fault looks identical from outside the hand."""
 
     def at(self, severity: float | None = None, channel: Channel | None = None, at_s: float | None = None) -> Injection:
         """Return an injection of this fault.
 
         Args:
-            severity: the medium one when None.
-            channel: the default one when None.
-            at_s: the default time when None, s.
+            severity: medium if None.
+            channel: the fault's default channel if None.
+            at_s: start time, s; the fault's default if None.
 
         Raises:
-            ValueError: it cannot have this severity, sit there or begin then.
+            ValueError: severity, channel or start time is invalid for the fault.
         """
         how_much = self.steps()[len(self.steps()) // 2] if severity is None else severity
         return Injection(
@@ -138,21 +138,21 @@ class Fault:
         )
 
     def steps(self) -> tuple[float, ...]:
-        """Return the severities that a campaign takes: mild, medium and severe, or 1 where it is there or not."""
+        """Return the severities of a campaign: mild, medium and severe, or 1 for a fault without a scale."""
         return (1.0,) if self.severity is None else self.severity.steps
 
 
 @dataclass(frozen=True)
 class Injection:
-    """A fault, how much of it, where, and since when. `str` gives the text that `parse_fault` reads."""
+    """Fault with severity, channel and start time. `str` returns the text that `parse_fault` reads."""
 
     fault: Fault
     severity: float
-    """In the unit of the fault; 1 for one that is there or not."""
+    """Severity in the fault's unit; 1 for a fault without a scale."""
     channel: Channel | None = None
-    """Where it sits; None for a fault of the whole hand."""
+    """Faulty channel; None for a fault of the whole hand."""
     at_s: float = 0.0
-    """When it begins, s after the target was opened; 0 for one that the hand was built with."""
+    """Start time, s after the opening of the target; 0 for a built-in fault."""
 
     def __post_init__(self) -> None:
         fault, name = self.fault, self.fault.name
@@ -181,23 +181,23 @@ class Injection:
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """The part that is at fault, then those whose fault is the same to whoever does not open the hand."""
+        """The part at fault, then the parts whose fault looks identical from outside the hand."""
         return self.fault.part, *self.fault.alike
 
     @property
     def unit(self) -> str:
-        """Unit of the severity; empty for a fault that is there or not."""
+        """Unit of the severity; empty for a fault without a scale."""
         return "" if self.fault.severity is None else self.fault.severity.unit
 
     @property
     def where(self) -> Channel:
-        """The channel of a fault that sits on one."""
+        """Faulty channel, asserted to be set."""
         assert self.channel is not None, f"{self.name} sits on no channel"
         return self.channel
 
     @property
     def rivals(self) -> tuple[str, Channel | None]:
-        """What no two injections of one hand have in common."""
+        """Exclusion group and channel; no two injections of one hand may have an equal pair."""
         return self.fault.excludes or self.name, self.channel
 
     def __str__(self) -> str:

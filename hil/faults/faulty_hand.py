@@ -1,4 +1,4 @@
-"""An emulated hand with injected faults, each on its channel and at its time."""
+"""Emulated hand with injected faults, each on its channel and at its start time."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from model.units import Unit
 
 
 class FaultyHand(EmulatedHand):
-    """Electronics with faults of the link, and with a board that may be made for the other hand."""
+    """Electronics with link faults and, optionally, firmware for the other side."""
 
     def __init__(
         self, plant: Plant, *, link_faults: LinkFaults, board_side: HandSide, hand: HandSide, **settings: Any
     ) -> None:
-        """Put the electronics on a plant.
+        """Connect the electronics to a plant.
 
         Args:
-            plant: what the servos turn.
-            link_faults: what becomes of the bytes of the link.
-            board_side: hand that the firmware was made for.
+            plant: mechanics behind the servos.
+            link_faults: active faults of the link.
+            board_side: side of the board's firmware.
             hand: side of the hand.
-            settings: further ones of `EmulatedHand`.
+            settings: further arguments of `EmulatedHand`.
         """
         self.link_faults = link_faults
         self._board_side = board_side
@@ -42,11 +42,11 @@ class FaultyHand(EmulatedHand):
         link_faults.say = self.say
 
     def receive(self, data: bytes) -> None:
-        """Take bytes from the host, such as reach the board."""
+        """Receive bytes from the host, subject to link faults."""
         self._pass("to_hand", data, super().receive)
 
     def say(self, data: bytes) -> None:
-        """Send bytes to the host that no fault acts on."""
+        """Send bytes to the host, bypassing link faults."""
         self.on_transmit(data)
 
     def _transmit(self, data: bytes) -> None:
@@ -63,7 +63,7 @@ class FaultyHand(EmulatedHand):
                 self.kernel.call_at(t, arrive, piece)
 
     def flash(self, firmware: str, hand: HandSide) -> None:
-        """Put another emulated firmware on the board, made for a side, and restart it."""
+        """Flash an emulated firmware for a side on the board, and restart the board."""
         self._board_side = hand
         super().flash(firmware, hand)
 
@@ -85,19 +85,19 @@ def build_faulty(
     rewire: Callable[[Plant], Plant] | None = None,
     mechanics: Callable[[Unit], BuiltHandPlant] | None = None,
 ) -> tuple[FaultyHand, Workbench]:
-    """Return the electronics of an emulated hand with faults, and the bench that it lies on.
+    """Return the electronics of an emulated hand with faults, and its workbench.
 
     Args:
-        unit: the hand without its faults.
-        schedule: of the faults; their times count from the moment at which the hand is ready.
-        firmware: version that is declared.
-        hand: side.
-        seed: of the noise and of the friction of each motion.
+        unit: parameters of the healthy hand.
+        schedule: faults to be injected; start times count from the ready hand.
+        firmware: declared version.
+        hand: side of the hand.
+        seed: seed of the noise and of the friction of each motion.
         start: state of the board, as for `EmulatedHand`.
-        nvs: what the board has stored.
+        nvs: stored memory of the board.
         program: firmware program on the board.
-        rewire: puts something between servos and mechanics.
-        mechanics: makes the mechanics of a unit; a `BuiltHandPlant` when None.
+        rewire: wraps the mechanics in a plant between servos and mechanics.
+        mechanics: builds the mechanics of a unit; `BuiltHandPlant` if None.
 
     Raises:
         ValueError: a fault cannot be injected into this hand; an unknown firmware or side.
@@ -129,10 +129,10 @@ def build_faulty(
 
 
 def refuse_in_a_program(faults: tuple[Injection, ...]) -> None:
-    """Refuse faults of the emulated firmware, which a firmware program does not have.
+    """Refuse faults of the emulated firmware on a hand with a firmware program.
 
     Raises:
-        ValueError: one is of the firmware.
+        ValueError: a fault acts in the emulated firmware or its board.
     """
     for fault in faults:
         if fault.fault.layer in (FaultLayer.FIRMWARE, FaultLayer.BOARD):

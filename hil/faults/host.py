@@ -1,4 +1,4 @@
-"""Faults of the host's end: a port that goes away, a program that is held up."""
+"""Faults at the host's end of the link: a port that disappears, a program that stalls."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from hil.faults.assembly import Active, HandAssembly
 from hil.faults.fault import Fault, FaultLayer, Injection, Part, Severity
 
 STALL_SHARE = 0.02
-"""Share of the writes before which a program is held up."""
+"""Fraction of the writes before which the program stalls."""
 
 
 class Passing:
-    """A transport that passes everything on."""
+    """Transport that forwards every call."""
 
     def __init__(self, behind: Transport) -> None:
         self._behind = behind
 
     @property
     def name(self) -> str:
-        """What a person calls this link."""
+        """Display name of the wrapped transport."""
         return self._behind.name
 
     def write(self, data: bytes) -> None:
@@ -29,7 +29,7 @@ class Passing:
         self._behind.write(data)
 
     def read(self, size: int, timeout: float) -> bytes:
-        """Read as the transport behind does."""
+        """Read from the wrapped transport."""
         return self._behind.read(size, timeout)
 
     def discard_input(self) -> None:
@@ -37,20 +37,20 @@ class Passing:
         self._behind.discard_input()
 
     def close(self) -> None:
-        """Close the transport behind."""
+        """Close the wrapped transport."""
         self._behind.close()
 
 
 class ProgramEnd(Passing):
-    """A program's end of a link: a port that may go away, and a system that keeps the program from running."""
+    """Program's end of a link with a port that may disappear and a host that may stall the program."""
 
     def __init__(self, behind: Transport, clock: Clock, assembly: HandAssembly) -> None:
-        """Do to a link what the assembly's faults say at the time."""
+        """Wrap a transport with the host faults of an assembly."""
         super().__init__(behind)
         self._clock, self._assembly, self._link = clock, assembly, assembly.link
 
     def write(self, data: bytes) -> None:
-        """Send all of `data`, perhaps late, while there is a port."""
+        """Send all of `data`, late after a stall; raise ConnectionError if the port is gone."""
         for fault, seconds, random in self._assembly.stalls:
             if random.random() < STALL_SHARE:
                 self._assembly.fire(fault)
@@ -59,7 +59,7 @@ class ProgramEnd(Passing):
         self._behind.write(data)
 
     def read(self, size: int, timeout: float) -> bytes:
-        """Read, while there is a port."""
+        """Read from the wrapped transport; raise ConnectionError if the port is gone."""
         self._check()
         data = self._behind.read(size, timeout)
         self._check()
@@ -76,10 +76,10 @@ def _stalls(assembly: HandAssembly, fault: Injection) -> Active:
 
 
 def refuse_at_a_port(faults: Iterable[Injection]) -> None:
-    """Refuse faults that a hand behind a port of its own cannot have.
+    """Refuse host faults on a hand behind its own port.
 
     Raises:
-        ValueError: one is of the program's end of the link.
+        ValueError: a fault acts at the program's end of the link.
     """
     for fault in faults:
         if fault.fault.layer is FaultLayer.HOST:

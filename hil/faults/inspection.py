@@ -1,4 +1,4 @@
-"""An emulated hand as hands, eyes and instruments of its owner find it, each part beside how it was when healthy."""
+"""Manual, visual and instrument inspection of an emulated hand, compared with the healthy hand."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from hil.faults.winding import NEIGHBOUR
 
 @dataclass(frozen=True)
 class Noticed:
-    """Something that a person notices of a digit that is bent."""
+    """Property that a person notices when bending a digit."""
 
     field: str
-    """Of `model.units`' hand."""
+    """Field of the `model.units` hand."""
     words: str
     differs: Callable[[float, float], bool]
-    """Whether a value now and one of the healthy hand differ so that it is noticed."""
+    """Predicate on the present and the healthy value: True for a noticeable difference."""
 
 
 NOTICED = (
@@ -28,16 +28,16 @@ NOTICED = (
     Noticed("spring_open", "it springs back otherwise", lambda now, was: abs(now - was) > 0.35 * was),
     Noticed("closed_stop", "it stops elsewhere", lambda now, was: abs(now - was) > 0.12),
 )
-"""Friction, N m; springs; stops, rad."""
+"""Noticeable differences: friction, N m; springs, fraction; stops, rad."""
 SLACK_M = 4e-3
-"""Length of cable that is seen to be slack or tight, m."""
+"""Threshold of cable length error, m; above it the cable visibly looks slack or tight."""
 NOT_SET = 0
-"""Secondary ID of a servo that has none."""
+"""Register value of an unset secondary ID."""
 SAME = "nothing differs"
 
 
 def felt_of_digit(assembly: HandAssembly, channel: Channel) -> tuple[str, ...]:
-    """Return what differs of a digit that is bent by hand, beside how it was when healthy; empty for nothing."""
+    """Return the differences from the healthy hand that are felt when bending a digit; empty for none."""
     now, was = assembly.unit.hand, assembly.healthy.hand
     return tuple(
         one.words
@@ -47,14 +47,14 @@ def felt_of_digit(assembly: HandAssembly, channel: Channel) -> tuple[str, ...]:
 
 
 def seen_of_cable(assembly: HandAssembly, wound: Iterable[Channel], channel: Channel) -> tuple[str, ...]:
-    """Return what differs of a cable that is looked at from spool to tip; `wound` are those that lie otherwise."""
+    """Return the differences seen along a cable from spool to tip; `wound` are the channels with a winding fault."""
     longer_m = assembly.unit.hand.cable_take_up[channel] - assembly.healthy.hand.cable_take_up[channel]
     found = [f"its cable is {'slack' if longer_m > 0 else 'tight'}"] if abs(longer_m) > SLACK_M else []
     return (*found, *(("its cable lies otherwise on its spool",) if channel in wound else ()))
 
 
 def odd_on_bus(assembly: HandAssembly) -> tuple[str, ...]:
-    """Return which IDs do not answer a bus adapter, and which answer twice."""
+    """Return sentences on the IDs that do not answer a bus adapter or answer twice."""
     answering = []
     for servo in assembly.hand.servos:
         if servo.silent_until <= assembly.now() and servo.memory.get("baud") == servo.model.places["baud"].default:
@@ -68,12 +68,12 @@ def odd_on_bus(assembly: HandAssembly) -> tuple[str, ...]:
 
 
 def cables_of(fault: Injection) -> tuple[Channel, ...]:
-    """Return the channels whose cables a fault of winding is about."""
+    """Return the channels whose cables a winding fault affects."""
     return (
         (fault.where,) if fault.name == "winding_reversed" else (fault.where, NEIGHBOUR.get(fault.where, fault.where))
     )
 
 
 def in_words(what: str, found: Sequence[str]) -> str:
-    """Return what was found, for people."""
+    """Return the findings of an inspection as one sentence."""
     return f"{what}: {'; '.join(found) or SAME}"

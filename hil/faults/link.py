@@ -1,4 +1,4 @@
-"""Faults of the host link: what becomes of bytes on their way."""
+"""Faults of the host link: loss, damage, delay and reordering of bytes."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from hil.faults.fault import Fault, FaultLayer, Injection, Part, Severity, share
 from hil.faults.link_faults import Direction, LinkEffect, LinkFaults, Pieces
 
 Act = Callable[[bytes, float, Random, float], Pieces]
-"""What becomes of a piece, given the severity, and the time, s."""
+"""Maps a piece, a severity, random numbers and a time, s, to the pieces to be sent."""
 
 APART_S = 0.02
-"""How much later the second part of a piece that was cut comes, s."""
+"""Delay of the second part of a cut piece, s."""
 OVERTAKEN_S = 0.05
-"""By how much a piece is late that the next ones overtake, s."""
+"""Delay of a piece to be overtaken, s."""
 BITS = 10
-"""Bits that one byte takes on a serial line, start and stop included."""
+"""Bits per byte on a serial line, start and stop bits included."""
 BOOT_TEXT = b"ESP-ROM:esp32s3-20210327\r\nBuild:Mar 27 2021\r\nrst:0x1 (POWERON),boot:0x8\r\n"
-"""What an ESP32-S3 says before its firmware does."""
+"""Boot text of an ESP32-S3 ROM."""
 MEASUREMENTS = range(0x22, 0x26)
 
 
 def _sometimes(change: Callable[[bytes, Random], Pieces]) -> Act:
-    """Let a change happen to a share of the pieces."""
+    """Apply a change to a random fraction of the pieces, set by the severity."""
     return lambda data, share, random, now: change(data, random) if random.random() < share else [(0.0, data)]
 
 
@@ -83,20 +83,20 @@ def _bandwidth(data: bytes, bauds: float, random: Random, now: float) -> Pieces:
 
 
 class Stale:
-    """A share of the replies repeat the last one of their opcode."""
+    """Repetition of the last reply of an opcode, for a random fraction of the replies."""
 
     def __init__(self) -> None:
         self._last: dict[int, bytes] = {}
 
     def __call__(self, data: bytes, share: float, random: Random, now: float) -> Pieces:
-        """Return the reply, or the one before."""
+        """Return the reply or, at random, the previous reply with its opcode."""
         if data[0] not in self._last or random.random() >= share:
             self._last[data[0]] = data
         return [(0.0, self._last[data[0]])]
 
 
 class LinkSide(Protocol):
-    """Where faults of a link are put in: the assembly of an emulated hand, or a proxy before any hand."""
+    """Injection point of link faults: the assembly of an emulated hand, or a proxy before any hand."""
 
     link: LinkFaults
 
@@ -105,7 +105,7 @@ class LinkSide(Protocol):
         ...
 
     def random(self, fault: Hashable) -> Random:
-        """Return the random numbers of one injection."""
+        """Return the random generator of one injection."""
         ...
 
 
@@ -114,10 +114,10 @@ Put = Callable[[LinkSide, Injection], Active]
 
 @dataclass(frozen=True)
 class LinkFault(Fault):
-    """A fault of a link alone, which can sit before a physical hand too."""
+    """Fault of a link, injectable before a physical hand too."""
 
     put: Put = lambda side, fault: Active(lambda: None)
-    """Does what `inject` does, on any link."""
+    """Injector for any link; `inject` is for emulated hands."""
 
 
 def _begun(make: Callable[[LinkSide, Injection], LinkEffect]) -> Put:
@@ -139,7 +139,7 @@ def _fault(
 
 
 def _passing(act: Act, direction: Direction = "from_hand", *, overtakes: bool = False) -> Put:
-    """Return what puts in something that acts on every piece of one direction."""
+    """Return an injector of a change to every piece of one direction."""
 
     def make(side: LinkSide, fault: Injection) -> LinkEffect:
         random = side.random(fault)
@@ -175,7 +175,7 @@ BOTH: dict[str, tuple[str, Act]] = {
     "bit_flipped": ("have a wrong bit", _sometimes(_bit_flipped)),
     "doubled": ("come twice", _sometimes(_doubled)),
 }
-"""Faults of both directions: what happens, for people, and how."""
+"""Faults of both directions, by name: description for display, and change."""
 WAYS: tuple[tuple[str, str, Direction], ...] = (("reply", "replies", "from_hand"), ("command", "commands", "to_hand"))
 SOME = (0.01, 0.05, 0.3)
 OFTEN = (0.05, 0.2, 0.6)

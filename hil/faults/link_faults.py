@@ -1,7 +1,7 @@
-"""What becomes of bytes on their way, while faults of the link act on them: a pure function of time and chance.
+"""Effect of link faults on bytes in transit, as a pure function of time and random numbers.
 
-A board writes a reply in one piece of 16 bytes, and a driver writes a command in one; faults act on such pieces.
-`LinkFaults` knows nothing of ports: the emulated hand and the proxy both ask it what to send when.
+A board writes a reply as one piece of 16 bytes, a driver a command as one piece; faults act on pieces.
+`LinkFaults` does no I/O: the emulated hand and the proxy send the pieces it returns.
 """
 
 from __future__ import annotations
@@ -12,47 +12,47 @@ from typing import Literal
 
 Direction = Literal["to_hand", "from_hand"]
 Pieces = list[tuple[float, bytes]]
-"""Delays, s, and bytes."""
+"""Pairs of delay, s, and bytes."""
 Passage = Callable[[bytes, float], Pieces]
-"""What becomes of a piece at a time, s."""
+"""Maps a piece and a time, s, to the pieces to be sent."""
 
 
 @dataclass(frozen=True)
 class LinkEffect:
-    """A fault that acts on the bytes of a link."""
+    """Effect of a fault on the bytes of a link."""
 
     fault: Hashable
     direction: Direction = "from_hand"
     passage: Passage | None = None
-    """What it makes of every piece."""
+    """Change of each piece, or None."""
     overtakes: bool = False
-    """Whether the pieces that it delays may be overtaken."""
+    """True if later pieces may overtake a delayed one."""
     inserts: bytes = b""
-    """What comes once from nowhere."""
+    """Unsolicited bytes, sent to the host once."""
     silent_until: float = -1.0
-    """Time (s) until which nothing comes back."""
+    """End of a silence of the hand, s."""
     is_gone: bool = False
-    """Whether the port is gone."""
+    """True if the port has disappeared."""
 
 
 class LinkFaults:
-    """What becomes of the bytes of one link."""
+    """Active faults of one link."""
 
     def __init__(self, fired: Callable[[Hashable], None]) -> None:
-        """Begin without faults; `fired` is called with one that has an effect."""
+        """Start without faults; `fired` is called with each fault that has an effect."""
         self._fired = fired
         self._acting: list[LinkEffect] = []
         self._free_at = {"to_hand": 0.0, "from_hand": 0.0}
         self.say: Callable[[bytes], None] = lambda _text: None
-        """Sends to the host what comes from nowhere."""
+        """Sends unsolicited bytes to the host."""
 
     @property
     def is_idle(self) -> bool:
-        """Whether no fault acts."""
+        """True if no fault is active."""
         return not self._acting
 
     def add(self, acting: LinkEffect) -> None:
-        """Let a fault act from now on."""
+        """Activate a fault, or send the bytes that it inserts."""
         if acting.inserts:
             self._fired(acting.fault)
             self.say(acting.inserts)
@@ -60,11 +60,11 @@ class LinkFaults:
         self._acting.append(acting)
 
     def remove(self, fault: Hashable) -> None:
-        """Let a fault act no more."""
+        """Deactivate a fault."""
         self._acting = [acting for acting in self._acting if acting.fault != fault]
 
     def passed(self, direction: Direction, now: float, data: bytes) -> Pieces:
-        """Return what of `data`, handed over at `now` (s), comes out when (s), in order."""
+        """Return the send times, s, and pieces of `data` that was handed over at `now`, s."""
         if not data or (direction == "from_hand" and self._silent(now)):
             return []
         pieces, late = [(0.0, data)], False
@@ -80,7 +80,7 @@ class LinkFaults:
         return [(self._in_turn(direction, now + delay, late), part) for delay, part in pieces]
 
     def gone(self) -> bool:
-        """Return whether the port is gone."""
+        """Return True if a fault has removed the port."""
         for acting in self._acting:
             if acting.is_gone:
                 self._fired(acting.fault)

@@ -1,4 +1,4 @@
-"""Faults of the mechanics: cables and spools, joints with their springs and stops, gears. Each makes another unit."""
+"""Mechanical faults of cables, spools, joints, springs, stops and gears, as changes of unit parameters."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ JOINTS: dict[Channel, tuple[Joint, ...]] = {
     Channel.THUMB_CMC_FLEXION: (Joint.THUMB_CMC,),
     Channel.THUMB_FLEXOR: (Joint.THUMB_MCP, Joint.THUMB_IP),
 }
-"""Joints that a channel moves."""
+"""Joints moved by each channel."""
 MIDDLE_JOINT = {channel: joints[len(joints) // 2] for channel, joints in JOINTS.items()} | {
     Channel.THUMB_FLEXOR: Joint.THUMB_MCP
 }
-"""The joint of a channel that is stiff: the PIP of a finger."""
+"""Joint that `stiff_joint` acts on, by channel: the PIP of a finger."""
 THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 JAMMED_NM = 50.0
-"""Friction that no servo overcomes, N m."""
+"""Friction beyond the torque of any servo, N m."""
 NEVER_TAUT_M = 0.9
-"""Take-up of a cable that is off: 100 rad of spool."""
+"""Take-up of a detached cable, m: 100 rad of spool."""
 
 
 def with_values(unit: Unit, field: str, where: Sequence[int], change: Callable[[float], float]) -> Unit:
-    """Return a unit with some values of a field of its mechanics changed."""
+    """Return a unit with the values at the indices `where` of a mechanics field changed."""
     values: list[float] = list(getattr(unit.hand, field))
     for index in where:
         values[index] = change(values[index])
@@ -43,22 +43,23 @@ def with_values(unit: Unit, field: str, where: Sequence[int], change: Callable[[
 
 
 def another_unit(change: UnitChange) -> Inject:
-    """Return what injects a fault that is another unit."""
+    """Return an injector of a change of unit parameters."""
     return lambda assembly, fault: assembly.changed(lambda unit: change(unit, fault))
 
 
 def _on_channel(field: str, change: Callable[[float, float], float]) -> Inject:
-    """Change a value of the fault's channel; `change` makes the new one of the old one and the severity."""
+    """Change a field at the fault's channel; `change` maps the old value and the severity to the new value."""
     return another_unit(
         lambda unit, fault: with_values(unit, field, [fault.where], lambda value: change(value, fault.severity))
     )
 
 
 def _on_joints(change: Callable[[float, float], float], *fields: str) -> Inject:
-    """Change values of the joints that the fault's channel moves."""
+    """Change fields at the joints of the fault's channel."""
 
     def changed(unit: Unit, fault: Injection) -> Unit:
-        # A spring that pulls less closed than open is refused, also on the way: what grows, grows closed first.
+        # Each intermediate unit is validated and must not have a closed spring weaker than the open one, so an
+        # increase starts with the first field, spring_closed.
         ordered = fields if change(1.0, fault.severity) > 1.0 else fields[::-1]
         for field in ordered:
             unit = with_values(unit, field, JOINTS[fault.where], lambda value: change(value, fault.severity))
@@ -81,14 +82,14 @@ def _stiff(unit: Unit, fault: Injection) -> Unit:
 
 
 def _slow(unit: Unit, fault: Injection) -> Unit:
-    # Free speed is where back-EMF and drag take all of the stall torque.
+    # At free speed, back-EMF and drag together equal the stall torque.
     speed = unit.servos.no_load_speed_counts * RAD_PER_COUNT
     drag = unit.servos.stall_torque / speed * (1.0 / (1.0 - fault.severity) - 1.0)
     return with_values(unit, "spool_damping", [fault.where], lambda value: value + drag)
 
 
 def _all_servos(field: str, per_unit: float) -> Inject:
-    """Return what adds to a time of all servos, s, the severity being in units of `per_unit` s."""
+    """Return an injector that adds to a delay of all servos; `per_unit` converts the severity to s."""
 
     def inject(assembly: HandAssembly, fault: Injection) -> Active:
         def longer(unit: Unit) -> Unit:
@@ -118,7 +119,7 @@ FAULTS = (
     Fault("cable_short", CABLE, Part.DIGIT, "a cable is too short and holds the digit bent",
           _on_channel("cable_take_up", lambda value, severity: value - severity * 1e-3),
           CABLES, Severity("mm", (3, 7, 12), 0, 50)),
-    # All cables of one material: no digit is to be mended alone.
+    # Part SETUP, because all cables share one material and no single digit can be repaired.
     Fault("cable_soft", CABLE, Part.SETUP, "the cables stretch",
           another_unit(_soft), severity=Severity("µm/N", (15, 60, 200), 0, 10_000)),
     Fault("cable_snapped", CABLE, Part.DIGIT, "a cable is torn or off its spool",
@@ -151,7 +152,7 @@ FAULTS = (
           _on_channel("spool_friction", lambda value, severity: JAMMED_NM), ALL),
     Fault("slow_servo", GEAR, Part.SERVO, "a servo is slow",
           another_unit(_slow), ALL, Severity("of free speed lost", (0.1, 0.3, 0.6), 0, 0.95)),
-    # What all servos share is what the board has stored in them, or does with them.
+    # Part BOARD, because a delay common to all servos points to the settings that the board stores in them.
     Fault("late_goals", GEAR, Part.BOARD, "servos act late on their goals",
           _all_servos("goal_delay_s", 1e-3), severity=Severity("ms", (10, 30, 100), 0, 10_000)),
     Fault("slow_turnaround", GEAR, Part.BOARD, "servos answer late on the bus",

@@ -1,4 +1,4 @@
-"""Faults of a motor: between what a servo asks of it and what the shaft gets."""
+"""Motor faults: between the drive that a servo requests and the drive of the shaft."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from model.units import Unit
 
 MOTOR = FaultLayer.MOTOR
 PERIOD_S = 0.1
-"""Period of a motor that works now and then, s."""
+"""Period of an intermittent motor, s."""
 UNPOWERED = Drive(powered=False)
 
 
 def weaker(drive: Drive, lost: float) -> Drive:
-    """Return a drive with all torques less by the share `lost`."""
+    """Return a drive with all torques reduced by the fraction `lost`."""
     left = 1.0 - lost
     return replace(
         drive,
@@ -31,26 +31,26 @@ def weaker(drive: Drive, lost: float) -> Drive:
 
 
 class Motor(ShaftFault):
-    """A motor that makes something else of what it is asked for."""
+    """Motor whose drive differs from the requested one."""
 
     def __init__(self, behind: Plant, shaft: int, change: Callable[[Drive], Drive]) -> None:
         super().__init__(behind, shaft)
         self._change = change
 
     def changed(self, drive: Drive) -> Drive:
-        """Return what the motor makes of it."""
+        """Return the drive after the motor fault."""
         return self._change(drive)
 
 
 class Weak(Motor):
-    """A motor that gives less torque for its current, as with magnets that were hot."""
+    """Motor with a reduced torque constant, as after overheated magnets."""
 
     def __init__(self, behind: Plant, shaft: int, lost: float) -> None:
         super().__init__(behind, shaft, lambda drive: weaker(drive, lost))
         self._lost = lost
 
     def efforts(self) -> Floats:
-        """Return efforts, (7,), N m, that of the weak motor as its current tells it."""
+        """Return efforts, (7,), N m, the weak motor's as a healthy motor has at that current."""
         efforts = self.behind.efforts()
         if self.active:
             efforts[self.shaft] /= 1.0 - self._lost
@@ -58,7 +58,7 @@ class Weak(Motor):
 
 
 class Intermittent(ShaftFault):
-    """A motor without power for a share of every period."""
+    """Motor without power for a fraction of every period."""
 
     def __init__(self, behind: Plant, shaft: int, share: float) -> None:
         super().__init__(behind, shaft)
@@ -74,12 +74,12 @@ class Intermittent(ShaftFault):
             self.renew()
 
     def changed(self, drive: Drive) -> Drive:
-        """Return nothing while it is off."""
+        """Return an unpowered drive during the off time."""
         return UNPOWERED if self._off else drive
 
 
 def on_shaft(make: Callable[[HandAssembly, Injection], ShaftFault]) -> Inject:
-    """Return what injects a fault in front of `assembly.shafts`."""
+    """Return an injector of a fault in front of `assembly.shafts`."""
     return lambda assembly, fault: assembly.insert(make(assembly, fault))
 
 

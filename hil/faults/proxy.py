@@ -1,7 +1,7 @@
-"""A proxy: a pseudo-terminal in front of a port, with faults in between.
+"""Proxy: a pseudo-terminal in front of a port, with faults in between.
 
-The bytes of any program and any hand go through it in real time, a physical hand's too. Faults act on what a port
-delivers in one piece, which is a reply where the hand sends 16 bytes at once.
+The proxy forwards the bytes of any program and any hand, a physical one too, in real time. Faults act on the pieces
+that a port delivers; a piece is one reply if the hand sends 16 bytes at once.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from hil.faults.schedule import Schedule
 
 _LOG = logging.getLogger(__name__)
 IDLE_S = 0.05
-"""Longest wait before `stop` is asked again, s."""
+"""Longest wait between polls of `stop`, s."""
 LARGEST = 4096
 
 
 class LinkProxy:
-    """Bytes between a client on a pseudo-terminal and a port."""
+    """Forwards bytes between a client on a pseudo-terminal and a port."""
 
     def __init__(
         self,
@@ -39,16 +39,16 @@ class LinkProxy:
         link: Path | None = None,
         clock: Clock | None = None,
     ) -> None:
-        """Open the pseudo-terminal; nothing passes before `run`.
+        """Open the pseudo-terminal; `run` forwards the bytes.
 
         Args:
-            port: the hand's end.
-            schedule: of faults of the link; their times count from now.
-            link: symbolic link to the terminal.
-            clock: real time.
+            port: port of the hand.
+            schedule: link faults to be injected; start times count from now.
+            link: path of a symbolic link to the terminal.
+            clock: real-time clock; `WallClock` if None.
 
         Raises:
-            ValueError: a fault of another part than the link.
+            ValueError: a fault acts elsewhere than on the link.
             FileExistsError: the link exists already.
         """
         for fault in schedule.faults:
@@ -58,7 +58,7 @@ class LinkProxy:
         self._clock = clock or WallClock()
         self.now, self.random = self._clock.now, schedule.random
         self.link = LinkFaults(schedule.fire)
-        """What acts on the bytes that pass."""
+        """Active faults of the link."""
         self.link.say = self._answer
         self._begin = [
             (self.now() + fault.at_s, fault.fault.put(self, fault).begin)
@@ -67,7 +67,7 @@ class LinkProxy:
         ]
         self._client = Terminal(link)
         self.listeners: list[Callable[[Direction, bytes], None]] = []
-        """Called with what the client sends and gets, when it does; one that raises is dropped."""
+        """Called with the bytes of each direction as the client sends and receives them; dropped on an exception."""
         self._arrived: SimpleQueue[bytes | ConnectionError] = SimpleQueue()
         self._awake, self._wake = os.pipe()
         self._due: list[tuple[float, int, Callable[[bytes], None], bytes]] = []
@@ -79,7 +79,7 @@ class LinkProxy:
         return self._client.name
 
     def run(self, stop: Callable[[], bool]) -> None:
-        """Pass bytes on until `stop()` holds or a fault takes the port away.
+        """Forward bytes until `stop()` is true or a fault removes the port.
 
         Raises:
             ConnectionError: the hand's port is gone.
@@ -141,7 +141,7 @@ class LinkProxy:
             heappush(self._due, (t, self._sent, write, piece))
 
     def _read_port(self, ended: threading.Event) -> None:
-        """Read in a thread of its own, because not every port can be waited for together with a terminal."""
+        """Read the port in a separate thread, because not every port supports `select`."""
         while not ended.is_set():
             arrived: bytes | ConnectionError
             try:

@@ -1,4 +1,4 @@
-"""Which faults were asked for, from which seed, and which of them have shown themselves."""
+"""Requested faults of a hand, their random numbers, and the faults that have taken effect."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hil.faults.fault import Injection
 
 
 class FaultNeverFiredError(Exception):
-    """A fault was asked for and never had an effect: it begins after the end, or nothing came its way."""
+    """A requested fault had no effect: the run ended before its start time, or no bytes reached it."""
 
     exit_code = Exit.USAGE
 
@@ -22,10 +22,10 @@ class FaultNeverFiredError(Exception):
 
 
 def refuse_rivals(faults: Iterable[Injection]) -> None:
-    """Refuse faults that cannot be in one hand.
+    """Refuse faults that exclude each other.
 
     Raises:
-        ValueError: two cannot be combined.
+        ValueError: two faults cannot be combined.
     """
     first: dict[object, Injection] = {}
     for fault in faults:
@@ -34,16 +34,16 @@ def refuse_rivals(faults: Iterable[Injection]) -> None:
 
 
 class Schedule:
-    """Faults that are injected into one hand.
+    """Faults to be injected into one hand.
 
-    A fault has fired when it began; one that acts on bytes now and then, when it first changed some.
+    A fault fires when it begins, a fault that acts on bytes when it first changes some.
     """
 
     def __init__(self, faults: Iterable[Injection] = (), seed: int = 0) -> None:
-        """Check the faults together.
+        """Store the faults after a check of their combination.
 
         Raises:
-            ValueError: two cannot be combined.
+            ValueError: two faults cannot be combined.
         """
         self.faults = tuple(faults)
         self._seed = seed
@@ -51,11 +51,11 @@ class Schedule:
         refuse_rivals(self.faults)
 
     def random(self, fault: Hashable) -> Random:
-        """Return the random numbers of one fault; the same seed gives the same ones."""
+        """Return the random generator of one fault, reproducible by the seed."""
         return Random(f"{self._seed}/{fault}")
 
     def fire(self, fault: Hashable) -> None:
-        """Note that a fault had an effect."""
+        """Record that a fault had an effect."""
         self._fired.add(fault)
 
     def unfired(self) -> tuple[Injection, ...]:
@@ -63,10 +63,10 @@ class Schedule:
         return tuple(fault for fault in self.faults if fault not in self._fired)
 
     def require_all_fired(self) -> None:
-        """Raise when a fault had no effect.
+        """Raise if a fault had no effect.
 
         Raises:
-            FaultNeverFiredError: the message names it.
+            FaultNeverFiredError: the message names the faults.
         """
         if unfired := self.unfired():
             raise FaultNeverFiredError(unfired)

@@ -1,4 +1,4 @@
-"""Faults of a servo: its registers, its ID, its temperature, its presence on the bus."""
+"""Servo faults: registers, ID, temperature, presence on the bus."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ THUMB_ID_NEIGHBOUR = {
 }
 UNLOCKED, LOCKED = b"\0", b"\1"
 COOL_C = 30.0
-"""Temperature of a servo that has cooled down, °C."""
+"""Temperature of a servo after cooling, °C."""
 
 
 def servo_of(hand: EmulatedHand, channel: Channel) -> Servo:
-    """Return the servo that a channel was built with."""
+    """Return the servo that was built in at a channel."""
     return hand.servos[WIRE_ORDER.index(channel)]
 
 
 def store(servo: Servo, register: str, value: int) -> None:
-    """Write a register for good, as a bus adapter does."""
+    """Write a register permanently, as a bus adapter does."""
     row = REGISTERS[register]
     servo.write(REGISTERS["lock"].address, UNLOCKED)
     servo.write(row.address, value.to_bytes(row.size, "little"))
@@ -37,7 +37,7 @@ def store(servo: Servo, register: str, value: int) -> None:
 
 
 def stored(register: str, value: Callable[[int, float], int]) -> Inject:
-    """Return what leaves another value in a register; `value` makes it of the right one and the severity."""
+    """Return an injector that stores a wrong register value; `value` maps the right one and the severity to it."""
 
     def inject(assembly: HandAssembly, fault: Injection) -> Active:
         servo = servo_of(assembly.hand, fault.where)

@@ -1,4 +1,4 @@
-"""A fault between a servo's shaft and the mechanics: a plant that wraps a plant and changes one channel of it."""
+"""Faults between a servo's shaft and the mechanics: a wrapper of a plant that changes one channel."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 
 class ShaftFault:
-    """A fault of one shaft: forwards every call, and changes drives or readings from `begin` on. They can be nested."""
+    """Fault of one shaft: forwards every call, and changes drives or readings after `begin`; can be nested."""
 
     def __init__(self, behind: Plant, shaft: int) -> None:
         self.behind = behind
@@ -33,12 +33,12 @@ class ShaftFault:
         self.renew()
 
     def end(self) -> None:
-        """Have no effect any more; whoever takes it out renews the drives behind it."""
+        """Clear the effect; the caller then renews the drives of the plant behind."""
         self.active = False
 
     @property
     def supply_left(self) -> float:
-        """Share of the supply that it leaves to the motors."""
+        """Supply voltage of the motors, as a fraction of the voltage without the fault."""
         return 1.0
 
     def advance_to(self, t: float) -> None:
@@ -77,7 +77,7 @@ class ShaftFault:
         return self.seen(self.behind.efforts())
 
     def seen(self, values: Floats) -> Floats:
-        """Return what is read of the angles, speeds or efforts behind the fault, (7,)."""
+        """Return the readings for the true angles, speeds or efforts, (7,)."""
         return values
 
     def renew(self) -> None:
@@ -86,5 +86,5 @@ class ShaftFault:
         self.behind.drive(self.shaft, drive)
 
     def changed(self, drive: Drive) -> Drive:
-        """Return the drive that the shaft gets for the one that its servo requests."""
+        """Return the drive of the shaft for the drive that its servo requests."""
         return drive

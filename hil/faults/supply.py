@@ -1,4 +1,4 @@
-"""A supply that sags: all motors lose torque while they draw much, and the board may lose more than that."""
+"""Supply faults: low voltage, and voltage that sags under load down to a brown-out of the board."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from model.units import Unit
 
 SUPPLY = FaultLayer.SUPPLY
 NOTICEABLE = 0.01
-"""Change of the voltage, fraction, from which on the drives are updated."""
+"""Threshold of voltage change, fraction; above it the drives are updated."""
 BROWN_OUT_V, RECOVERED_V = 3.6, 4.0
-"""Below the first, the board's regulator cannot give the chip its 3.3 V (assumption); above the second it is well."""
+"""Thresholds of the board's supply, V: below the first it browns out, above the second it has recovered.
+Source: assumption (dropout of the 3.3 V regulator)."""
 SHAFTS = range(7)
 
 
@@ -32,7 +33,7 @@ class Sagging(ShaftFault):
         self._all_asked = [Drive(powered=False) for _ in SHAFTS]
 
     def advance_to(self, t: float) -> None:
-        """Integrate to `t`, s, and see what the motors draw."""
+        """Integrate to `t`, s, and update the sag from the load."""
         super().advance_to(t)
         lost = self._lost_per_effort * float(abs(self.behind.efforts()).sum()) if self.active else 0.0
         if abs(lost - self._lost) > NOTICEABLE:
@@ -41,14 +42,14 @@ class Sagging(ShaftFault):
             self.renew()
 
     def end(self) -> None:
-        """Have no effect any more."""
+        """Clear the sag."""
         super().end()
         self._lost = 0.0
         self._supply()
 
     @property
     def supply_left(self) -> float:
-        """Share of the supply that it leaves to the motors."""
+        """Supply voltage under the present load, as a fraction of the voltage without load."""
         return 1.0 - self._lost
 
     def drive(self, shaft: int, drive: Drive) -> None:
@@ -62,12 +63,12 @@ class Sagging(ShaftFault):
         self.behind.set_setpoint(shaft, setpoint)
 
     def renew(self) -> None:
-        """Drive all motors with the present voltage."""
+        """Apply the present voltage to all motors."""
         for shaft in SHAFTS:
             self.drive(shaft, self._all_asked[shaft])
 
     def _supply(self) -> None:
-        """Let the servos measure the voltage that is left; the board may not outlive it."""
+        """Apply the sagged supply voltage to the servos; brown the board out below its minimum."""
         if not self._assembly.is_running:
             return
         hand = self._assembly.hand
@@ -75,7 +76,7 @@ class Sagging(ShaftFault):
         hand.supply(volts)
         if self._feeds_board and not self._browned_out and volts < BROWN_OUT_V:
             self._browned_out = True
-            # Not from inside a step of the plant.
+            # Deferred, because a reset inside a step of the plant would change the drives under integration.
             hand.kernel.call_at(hand.kernel.now, hand.reset, "brown_out")
         elif volts > RECOVERED_V:
             self._browned_out = False

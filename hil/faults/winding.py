@@ -1,4 +1,4 @@
-"""Faults of how cables are wound: between servos that do what they are told and the mechanics."""
+"""Winding faults of the cables: between healthy servos and the mechanics."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ NEIGHBOUR = {
     Channel.RING: Channel.PINKY,
     Channel.THUMB_CMC_FLEXION: Channel.THUMB_FLEXOR,
 }
-"""With which channel another one is mixed up."""
+"""Channel to the one with which it is exchanged."""
 
 
 class Reversed(ShaftFault):
-    """A cable that is wound the other way round, or a motor with its poles exchanged."""
+    """A cable wound in the opposite direction, or a motor with exchanged poles."""
 
     def changed(self, drive: Drive) -> Drive:
-        """Return the drive in the other direction."""
+        """Return the drive with opposite sign."""
         return replace(drive, setpoint=-drive.setpoint, torque=-drive.torque)
 
     def seen(self, values: Floats) -> Floats:
-        """Return values, one with the other sign."""
+        """Return the values with the sign of the faulty shaft reversed, (7,)."""
         if self.active:
             values[self.shaft] *= -1.0
         return values
 
 
 class Exchanged(ShaftFault):
-    """Two servos that pull each other's cables."""
+    """Two servos with exchanged cables."""
 
     def __init__(self, behind: Plant, shaft: int) -> None:
         super().__init__(behind, shaft)
@@ -52,11 +52,11 @@ class Exchanged(ShaftFault):
         self.behind.set_setpoint(self._order[shaft], setpoint)
 
     def seen(self, values: Floats) -> Floats:
-        """Return values, two exchanged."""
+        """Return the values with the two shafts exchanged, (7,)."""
         return values[self._order]
 
     def renew(self) -> None:
-        """Do nothing: it is there from the beginning."""
+        """Do nothing, because the fault is built in."""
 
 
 # fmt: off

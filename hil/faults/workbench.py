@@ -1,6 +1,6 @@
-"""What a person does to an emulated hand while it runs: breaks it, mends it, exchanges parts, touches it.
+"""User's acts on a running emulated hand: inject and clear faults, exchange and replace parts, touch, inspect.
 
-A `Workbench` holds the hand's faults and takes acts, at the present instant and in the thread that moves the hand.
+A `Workbench` stores the faults of a hand. Acts take effect at once, in the thread that moves the hand.
 """
 
 from __future__ import annotations
@@ -25,31 +25,31 @@ from model.units import Unit
 
 _LOG = logging.getLogger(__name__)
 FIRES_ITSELF = (FaultLayer.BUS, FaultLayer.LINK, FaultLayer.HOST)
-"""Layers whose faults have an effect only when bytes come their way."""
+"""Layers whose faults fire only on passing bytes."""
 TOUCHING = (FaultLayer.CABLE, FaultLayer.JOINT)
-"""Layers in which a fault of the set-up is something that touches the hand."""
+"""Layers whose set-up faults are objects in contact with the hand."""
 FLASHED = (FaultLayer.FIRMWARE, FaultLayer.BOARD)
-"""Layers of what the board's program does."""
+"""Layers whose faults flashing clears."""
 BEFORE_THE_BOARD = (Part.COMPUTER, Part.DRIVER, Part.USB)
-"""Parts that are replaced with the hand's power on."""
+"""Parts that are replaced without a power cycle of the hand."""
 OF_A_SERVO = ("rotor_inertia", "spool_damping", "spool_friction")
-"""What goes along with a servo, by channel, of the mechanics of a unit."""
+"""Mechanics fields that move with a servo to another channel."""
 EXCHANGES = {Part.SERVO: "exchange_servos", Part.BUS: "exchange_plugs"}
 """Acts that exchange a part."""
 HELD_SHARE = 0.55
-"""Share of its travel that a digit has around what is held."""
+"""Travel of a joint up to a held object, fraction of full travel."""
 
 
 class Workbench:
-    """An emulated hand, its faults, and whoever works on it."""
+    """Emulated hand with its faults and the acts on it."""
 
     def __init__(self, assembly: HandAssembly, schedule: Schedule) -> None:
         """Prepare for the faults of a schedule; nothing is injected yet."""
         self.assembly = assembly
         self.done: list[tuple[float, str]] = []
-        """What was done, and when, s on the hand's clock."""
+        """Log of acts: time, s on the hand's clock, and text."""
         self.at_a_port = False
-        """Whether the hand's program is behind a port, where no fault of its own end can be put."""
+        """True if the hand serves a port; host faults are then refused."""
         self._schedule = schedule
         self._present: dict[Injection, Active] = {}
         self._cables_off: dict[Channel, tuple[Active, list[Injection]]] = {}
@@ -60,27 +60,27 @@ class Workbench:
 
     @property
     def mechanics(self) -> BuiltHandPlant:
-        """The mechanics behind the servos."""
+        """Mechanics behind the servos."""
         return self.assembly.mechanics
 
     @property
     def hand(self) -> EmulatedHand:
-        """The electronics."""
+        """Electronics of the hand."""
         return self.assembly.hand
 
     @property
     def present(self) -> tuple[Injection, ...]:
-        """The faults that the hand has or will have at their time."""
+        """Injected faults, those before their start time included."""
         return tuple(self._present)
 
     @property
     def acts_present(self) -> tuple[str, ...]:
-        """The acts that bring a whole hand into its present state."""
+        """Acts that bring a healthy hand into the present state."""
         return (
             *(f"{EXCHANGES[part]} {one.label} {other.label}" for part, one, other in self._exchanged),
             *(f"cable_off {channel.label}" for channel in self._cables_off),
             *["hold"] * (self._held is not None),
-            # What cannot be undone, such as a restart, has happened and is no state.
+            # Momentary faults, such as a restart, leave no state to be restored.
             *(f"inject {fault}" for fault, active in self._present.items() if active.clear is not None),
             *["power_off"] * (not self._powered),
         )
@@ -95,7 +95,7 @@ class Workbench:
                 self._begin(fault)
 
     def start(self) -> None:
-        """Let the faults that begin later begin at their times, counted from now."""
+        """Schedule the faults with a start time, counted from now."""
         kernel = self.hand.kernel
         for fault in self._schedule.faults:
             if fault.at_s:
@@ -103,16 +103,16 @@ class Workbench:
 
     def _begin(self, fault: Injection) -> None:
         if (active := self._present.get(fault)) is None:
-            return  # it was taken away before its time
+            return  # cleared before its start time
         active.begin()
         if fault.fault.layer not in FIRES_ITSELF:
             self._schedule.fire(fault)
 
     def inject(self, fault: Injection) -> None:
-        """Break the hand now, whatever the time of the fault says.
+        """Inject a fault now, regardless of its start time.
 
         Raises:
-            ValueError: it is built in, it is there already, or it cannot be combined with another or be in this hand.
+            ValueError: the fault is built in, already present, excluded by another fault, or refused by this hand.
         """
         if not fault.fault.later:
             raise ValueError(f"{fault.name} is built in and cannot begin on a running hand; give it at the opening")
@@ -123,10 +123,10 @@ class Workbench:
         self._note(f"injected {fault}")
 
     def clear(self, fault: Injection) -> None:
-        """Take a fault away, as it was before.
+        """Clear a fault and restore the state before it.
 
         Raises:
-            ValueError: the hand does not have it, or it cannot be undone.
+            ValueError: the hand does not have the fault, or the fault cannot be undone.
         """
         found = next((one for one in self._present if (one.fault, one.channel) == (fault.fault, fault.channel)), None)
         if found is None:
@@ -137,17 +137,17 @@ class Workbench:
         self._note(f"cleared {found}")
 
     def words(self) -> str:
-        """Return the faults of the hand, as `parse_fault` reads them, with blanks between."""
+        """Return the faults of the hand as `parse_fault` reads them, separated by blanks."""
         return " ".join(map(str, self._present))
 
     def exchange_servos(self, one: Channel, other: Channel) -> str:
-        """Exchange two servos, IDs set anew: faults of a servo go along, those of a digit stay."""
+        """Exchange two servos and set their IDs: servo faults move along, digit faults stay."""
         self._exchange(Part.SERVO, one, other)
         self.hand.reset("power_on")
         return self._note(f"exchanged the servos of {one.label} and {other.label}, and set their IDs; home the hand")
 
     def exchange_plugs(self, one: Channel, other: Channel) -> str:
-        """Exchange the bus plugs of two servos: what is wrong with a plug or its wire goes along."""
+        """Exchange the bus plugs of two servos: faults of a plug or its wire move along."""
         self._exchange(Part.BUS, one, other)
         self.hand.reset("power_on")
         return self._note(f"exchanged the bus plugs of {one.label} and {other.label}")
@@ -170,14 +170,14 @@ class Workbench:
             self._exchanged.append((part, one, other))
 
     def cable_off(self, channel: Channel) -> str:
-        """Take a cable off its spool, or the abduction's linkage off its horn: the servo then turns nothing.
+        """Unload a servo: detach the cable from its spool, or the abduction linkage from its horn.
 
         Raises:
-            ValueError: it is off.
+            ValueError: the cable is already off.
         """
         if channel in self._cables_off:
             raise ValueError(f"the cable of {channel.label} is off its spool")
-        # How a cable is wound does nothing to a servo without it.
+        # A winding fault must not act on a servo without a cable.
         wound = [
             fault for fault in self._present if fault.fault.layer is FaultLayer.WINDING and channel in cables_of(fault)
         ]
@@ -189,10 +189,10 @@ class Workbench:
         return self._note(f"took the cable of {channel.label} off its spool")
 
     def cable_on(self, channel: Channel) -> str:
-        """Wind a cable on again as it was wound.
+        """Reattach a cable and restore its winding faults.
 
         Raises:
-            ValueError: it is on.
+            ValueError: the cable is already on.
         """
         if channel not in self._cables_off:
             raise ValueError(f"the cable of {channel.label} is on its spool")
@@ -203,10 +203,10 @@ class Workbench:
         return self._note(f"put the cable of {channel.label} on its spool")
 
     def hold(self) -> str:
-        """Put something into the hand that the digits close on.
+        """Place an object in the hand, which stops the digits early.
 
         Raises:
-            ValueError: it holds something.
+            ValueError: the hand already holds an object.
         """
         if self._held is not None:
             raise ValueError("the hand holds something")
@@ -218,7 +218,7 @@ class Workbench:
         return self._note("put something into the hand")
 
     def let_go(self) -> str:
-        """Take away whatever the hand holds or wears, and spread digits that touch."""
+        """Remove a held object or a glove, and separate digits in contact."""
         touching = [one for one in self._present if one.part is Part.SETUP and one.fault.layer in TOUCHING]
         for fault in touching:
             self._take(fault)
@@ -229,10 +229,10 @@ class Workbench:
         return self._note("took everything out of the hand" if there else "there was nothing to take out of the hand")
 
     def home(self) -> str:
-        """Let the board home, as a program asks for it; it takes some seconds.
+        """Start homing on the board, which takes some seconds.
 
         Raises:
-            ValueError: a firmware program on the board, which only its own driver homes.
+            ValueError: the board runs a firmware program; only its own driver can home it.
         """
         board = self.hand.board
         if not isinstance(board, Board):
@@ -241,7 +241,7 @@ class Workbench:
         return self._note("homing")
 
     def power_off(self) -> str:
-        """Take the power away from board and servos."""
+        """Switch off board and servos."""
         self._powered = False
         self.hand.board.stop()
         for servo in self.hand.servos:
@@ -249,20 +249,20 @@ class Workbench:
         return self._note("switched off")
 
     def power_on(self) -> str:
-        """Give power to board and servos, which start anew; it takes some seconds."""
+        """Switch on board and servos; the restart takes some seconds."""
         self._powered = True
         self.hand.reset("power_on")
         return self._note("switched on")
 
     def replace(self, part: Part, channel: Channel | None = None) -> str:
-        """Replace a part, or set the set-up right: its faults are gone.
+        """Replace a part, or correct the set-up, and clear its faults.
 
         Args:
-            part: to be replaced.
-            channel: of a servo, digit or plug; all of them when None.
+            part: part to be replaced.
+            channel: channel of the servo, digit or plug; every channel if None.
         """
         for fault in list(self._present):
-            # Another board comes with the firmware that was named.
+            # A replacement board has the declared firmware.
             flashed = part is Part.BOARD and fault.fault.layer is FaultLayer.FIRMWARE
             if flashed or (fault.part is part and channel in (None, fault.channel)):
                 self._take(fault)
@@ -273,47 +273,47 @@ class Workbench:
         return self._note(f"replaced: {part.value}{'' if channel is None else f' of {channel.label}'}")
 
     def bend(self, channel: Channel) -> str:
-        """Bend a digit by hand, closed and then open; how far it moved and its cable are noted when it is let go."""
+        """Bend a digit by hand, closed, then open; log its travel and cable state at the end."""
         bend(self.assembly, channel, self._note)
         return self._note(f"bending {channel.label} by hand for {TOUCH_S:g} s")
 
     def turn(self, channel: Channel) -> str:
-        """Turn a spool by hand, half a turn to close, its torque off; how far it went is noted when it is let go."""
+        """Turn a spool by hand, half a turn in the closing direction with torque off; log the angle at the end."""
         turn(self.assembly, channel, self._note)
         return self._note(f"turning the spool of {channel.label} by hand for {TOUCH_S:g} s, its torque off")
 
     def feel(self, channel: Channel) -> str:
-        """Bend a digit by hand, its supply off, and say what differs from how it was."""
+        """Bend a digit by hand, supply off, and log the differences from the healthy hand."""
         return self._note(in_words(f"bent {channel.label}", felt_of_digit(self.assembly, channel)))
 
     def look(self, channel: Channel) -> str:
-        """Look along a cable, and say what differs from how it was."""
+        """Inspect a cable visually and log the differences from the healthy hand."""
         wound = [c for one in self._present if one.fault.layer is FaultLayer.WINDING for c in cables_of(one)]
         return self._note(in_words(f"looked at {channel.label}", seen_of_cable(self.assembly, wound, channel)))
 
     def registers(self) -> str:
-        """Read the servos on a bus adapter, and say which IDs do not answer or answer twice."""
+        """Read the servos on a bus adapter and log the IDs that do not answer or answer twice."""
         return self._note(in_words("read the bus", odd_on_bus(self.assembly)))
 
     def flashed(self) -> str:
-        """Look which firmware is on the board."""
+        """Log the firmware version and side on the board."""
         return self._note(f"flashed: {self.assembly.firmware}, for a {self.assembly.board_side} hand")
 
     def flash(self) -> str:
-        """Flash the declared firmware on this board: what its program does wrong is gone, what is broken stays."""
+        """Flash the declared firmware: clears faults of the board's program, keeps those of its hardware."""
         for fault in [one for one in self._present if one.fault.layer in FLASHED]:
             self._take(fault)
         self.hand.reset("power_on")
         return self._note("flashed the board")
 
     def set_aside(self, *parts: Part) -> None:
-        """Use other parts for a while; `put_back` ends it."""
+        """Clear the faults of some parts for a time; `put_back` restores them."""
         self._aside = tuple(one for one in self._present if one.part in parts)
         for fault in self._aside:
             self._take(fault)
 
     def put_back(self) -> None:
-        """Use the own parts again."""
+        """Restore the faults that `set_aside` cleared."""
         for fault in self._aside:
             self._put(fault)
         self._aside = ()
@@ -323,7 +323,7 @@ class Workbench:
         return self._note(f"measured {self.volts():.2f} V at the plug")
 
     def volts(self) -> float:
-        """Return what a meter shows of the supply at present, V."""
+        """Return the present supply voltage, V; 0 if switched off."""
         return self.assembly.healthy.servos.voltage * self.assembly.supply_left() if self._powered else 0.0
 
     def _put(self, fault: Injection) -> None:
@@ -335,13 +335,13 @@ class Workbench:
         self._present.pop(fault).undo()
 
     def _move(self, part: Part, swap: dict[Channel, Channel]) -> None:
-        """Let the faults of a part go along with it to another channel; what cannot sit there is mended on the way."""
+        """Move the faults of a part to another channel; clear those that cannot occur on that channel."""
         moved = [fault for fault in self._present if fault.part is part and fault.channel in swap]
         for fault in moved:
             self._take(fault)
         for fault in moved:
             there = swap[fault.where]
-            # IDs are set anew after an exchange.
+            # Not ID faults: an exchange sets the IDs.
             if there in fault.fault.channels and fault.fault.excludes != "id":
                 self._put(replace(fault, channel=there))
 
