@@ -1,1 +1,1 @@
-"""Recordings: what a run leaves behind, on disk as MCAP, and sent to a hand again."""
+"""Recordings of experiments, and their MCAP files."""

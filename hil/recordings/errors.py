@@ -1,4 +1,4 @@
-"""Errors about files and recordings. None of them says anything about the hand."""
+"""Errors about files and recordings, never about the hand."""
 
 from __future__ import annotations
 
@@ -10,38 +10,38 @@ from pathlib import Path
 from aero.exit_code import Exit
 
 FULL_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
-"""Error numbers of a disk, a quota or a file that takes no more."""
+"""Error numbers of a full disk, an exhausted quota or a file at its size limit."""
 
 
 class CannotBeWrittenError(OSError):
-    """A result could not be written, for example because the disk is full; the message names the file."""
+    """A result could not be written, for example to a full disk; the message names the file."""
 
 
 class UnwritablePlaceError(OSError):
-    """Results cannot go to a place, which was tried before there were any; the message names it."""
+    """An output folder or file failed the write test before the run; the message names the path."""
 
 
 class CannotBeMeasuredError(ValueError):
-    """A recording lacks what a measurement needs; the message says what."""
+    """A recording lacks data for a measurement; the message names the missing data."""
 
     exit_code = Exit.USAGE
 
 
 class NotOneHandError(ValueError):
-    """Recordings that cannot be judged as one run; the message names two of them and says why."""
+    """Recordings cannot be judged as one run; the message names two of them and the reason."""
 
     exit_code = Exit.USAGE
 
 
 class UnusableFileError(ValueError):
-    """A file that cannot be used as a recording; the message names it and says why."""
+    """A file cannot be used as a recording; the message names the file and the reason."""
 
     exit_code = Exit.USAGE
 
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turn every `OSError` of the block, in which nothing but `path` is written, into `CannotBeWrittenError`."""
+    """Convert each `OSError` of the block, which may write only `path`, to `CannotBeWrittenError`."""
     try:
         yield
     except CannotBeWrittenError:
@@ -51,7 +51,7 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def unwritable(path: Path, error: OSError) -> CannotBeWrittenError:
-    """Return what to say of an error of the system when nothing but `path` was written."""
+    """Return the `CannotBeWrittenError` for an `OSError` of writing `path`."""
     if isinstance(error, CannotBeWrittenError):
         return error
     return CannotBeWrittenError(error.errno, f"cannot be written: {error.strerror or error}", str(path))

@@ -1,8 +1,8 @@
-"""Recordings on disk, as MCAP with JSON messages, so that Foxglove and PlotJuggler open them as they are.
+"""Recordings on disk, as MCAP with JSON messages that Foxglove and PlotJuggler open directly.
 
 One topic a series (`/command`, one number a column), `/wire/to_hand` and `/wire/from_hand` (bytes in hexadecimal),
-`/events` (Foxglove's own log schema). The header is the metadata record `aero-hil`, written at the beginning and again
-at the end. A message says its time in seconds since the start of the recording, to the bit; its log time is the date.
+`/events` (schema `foxglove.Log`). The header is the metadata record `aero-hil`, written at the beginning and again
+at the end. The field `t` of a message is the exact time since the recording's start, s; the log time is the date.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ from hil.targets.wire_log import Direction, WireRecord
 
 METADATA = "aero-hil"
 FOREIGN = "protobuf"
-"""Encoding of messages that are for other programs alone, see `hil.report.foxglove`."""
+"""Encoding of messages for other programs only, see `hil.report.foxglove`."""
 FORMAT = "1"
 FORMER_FIELDS = {"limits"}
-"""Of a header, in recordings of earlier versions: a kind of hand, of which there is one now."""
+"""Obsolete header fields of earlier versions, ignored."""
 DIGEST = "sha256"
-"""Of the header; recordings of version 0.1.0 have none."""
+"""Metadata key of the header's digest; missing in recordings of version 0.1.0."""
 SERIES_PREFIX = "aero.series."
 DIRECTIONS: tuple[Direction, ...] = ("to_hand", "from_hand")
 LOG_LEVELS: dict[Severity, int] = {"info": 2, "warning": 3, "error": 4}
@@ -53,13 +53,13 @@ SEVERITIES = {level: severity for severity, level in LOG_LEVELS.items()}
 TOPIC_OF: dict[Direction, str] = {direction: f"/wire/{direction}" for direction in DIRECTIONS}
 WIRE_TOPICS = {topic: direction for direction, topic in TOPIC_OF.items()}
 CHUNK = 128
-"""Messages that are compressed and written together: a quarter of a second of a staircase."""
+"""Messages per compressed chunk: a quarter of a second of a staircase."""
 BUFFER_BYTES = 4096
-"""Of compressed data that may wait in this program."""
+"""Size of the write buffer for compressed data."""
 LARGEST_RECORD = 64 * 2**20
-"""Bytes of a record beyond which a file is damaged; ours have a few kB."""
+"""Threshold of record size, bytes; above it the file counts as damaged. Real records have a few kB."""
 LEAST_ROOM, MOST_TIMES = 2**23, 25
-"""Bytes that any file may unpack to, and times its own size that a larger one may: ours unpack to 2 to 5 times."""
+"""Decompression limit: the larger of 8 MiB and 25 times the file size. Real recordings expand 2 to 5 times."""
 DAMAGED = (
     McapError,
     ZstdError,
@@ -73,7 +73,7 @@ DAMAGED = (
     MemoryError,
     RecursionError,
 )
-"""What the reader meets in a file with a flipped bit."""
+"""Exceptions that a damaged file can raise in the reader."""
 
 NUMBER = {"type": "number"}
 WIRE_TEXT = '{"t": %r, "hex": "%s"}'
@@ -93,14 +93,14 @@ LOG_SCHEMA = {
 
 
 class RecordingFile:
-    """A recording that is written while it is made: after any ending, what was written can be read.
+    """Incremental writer of a recording, whose file stays readable after any ending of the program.
 
-    Data leave the program in small chunks, so that even a killed program loses less than a second of them. Signals wait
-    while the file is written to: one that ended the program in the middle of a record would spoil all that comes after.
+    Small chunks limit the loss of a killed program to less than a second of data. Signals are deferred during a
+    write, because an incomplete record would make the rest of the file unreadable.
     """
 
     def __init__(self, path: Path, header: Header) -> None:
-        """Create `path`, replacing what is there.
+        """Create the file, replacing an existing one.
 
         Raises:
             OSError: the file cannot be written.
@@ -109,11 +109,11 @@ class RecordingFile:
         self._experiment = header.experiment
         self._epoch_ns = epoch_ns(header)
         self._foreign: dict[str, int] = {}
-        """Topic of messages for other programs to its channel."""
+        """Topics of messages for other programs, to their channels."""
         self._series: dict[str, tuple[int, str]] = {}
-        """Name of a series to its channel, and the text of a sample with `%r` for its time and each of its numbers."""
+        """Series by name: channel, and `%` format of a sample's JSON text (time, then values)."""
         self._pending: list[tuple[int, float, str, Sequence[Any]]] = []
-        """Messages that are not written yet: channel, time (s), text without and with which values."""
+        """Buffered messages: channel, time (s), `%` format, values."""
         with uninterrupted():
             self._writer = ChunkWriter(self._stream, "aero-hil")
             self._add_header(header)
@@ -121,7 +121,7 @@ class RecordingFile:
         self._events = self._channel("/events", "foxglove.Log", LOG_SCHEMA)
 
     def add_series(self, name: str, columns: tuple[str, ...], units: tuple[str, ...]) -> None:
-        """Make a series known, before its first sample; nothing happens when it is."""
+        """Register a series before its first sample; a second call does nothing."""
         if name in self._series:
             return
         properties = {"t": {**NUMBER, "unit": "s"}}
@@ -146,7 +146,7 @@ class RecordingFile:
             self.add_sample(name, series.columns, series.units, t, row)
 
     def add_wire(self, record: WireRecord, start: float = 0.0) -> None:
-        """Write bytes that crossed the link; times are from `start` on."""
+        """Write bytes that crossed the link; `start` (s) is the zero of the recording's times."""
         at, direction, data = record
         self._add(self._wire[direction], at - start, WIRE_TEXT, (data.hex(),))
 
@@ -158,13 +158,13 @@ class RecordingFile:
         self._add(self._events, event.t, '{"t": %r, %s', (json.dumps(log).removeprefix("{"),))
 
     def add_for_viewers(self, topic: str, schema_name: str, schema: Callable[[], bytes], t: float, body: bytes) -> None:
-        """Write a Protobuf message that our own reader passes over; its schema is asked for once a topic."""
+        """Write a Protobuf message, which `read_recording` ignores; `schema` is called once a topic."""
         if topic not in self._foreign:
             self._foreign[topic] = self._register(topic, schema_name, FOREIGN, schema(), FOREIGN)
         self._add(self._foreign[topic], t, "", (body,))
 
     def finish(self, header: Header) -> None:
-        """Write the final header and what readers need to jump about, and close the file."""
+        """Write the final header and the index for random access, and close the file."""
         try:
             with uninterrupted():
                 self._write_pending()
@@ -175,8 +175,8 @@ class RecordingFile:
             self.close()
 
     def close(self) -> None:
-        """Close the file as it is; a second call does nothing."""
-        with suppress(OSError):  # what is left in its buffer cannot be written
+        """Close the file without completing it; a second call does nothing."""
+        with suppress(OSError):  # the rest of the buffer cannot be written
             self._stream.close()
 
     def _add_header(self, header: Header) -> None:
@@ -192,7 +192,7 @@ class RecordingFile:
             return self._writer.register(topic, encoding, schema_name, schema_encoding, schema)
 
     def _add(self, channel: int, t: float, text: str, values: Sequence[Any]) -> None:
-        """Take a message: a text with places for its time and values, or, where it is empty, the bytes alone."""
+        """Buffer a message: a `%` format for time and values or, if the format is empty, the bytes in `values`."""
         self._pending.append((channel, t, text, values))
         if len(self._pending) >= CHUNK:
             with uninterrupted():
@@ -200,7 +200,7 @@ class RecordingFile:
 
     def _write_pending(self) -> None:
         epoch_ns, pending, self._pending = self._epoch_ns, self._pending, []
-        # What `json.dumps` makes of it, at a fifth of the cost.
+        # Equal to the output of `json.dumps`, at a fifth of the cost.
         self._writer.write_chunk(
             (channel, epoch_ns + round(t * 1e9), (text % (t, *values)).encode() if text else values[0])
             for channel, t, text, values in pending
@@ -208,17 +208,17 @@ class RecordingFile:
 
 
 def digest(content: Mapping[str, Any]) -> str:
-    """Return the SHA-256 of a JSON object, whatever the order of its keys, in hexadecimal."""
+    """Return the SHA-256 of a JSON object in hexadecimal, independent of key order."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def epoch_ns(header: Header) -> int:
-    """Return the date of a recording's beginning, ns since 1970; 0 for one that does not know it."""
+    """Return the start date of a recording, ns since 1970; 0 if unknown."""
     return round(datetime.fromisoformat(header.started).timestamp() * 1e9) if header.started else 0
 
 
 def write_recording(recording: Recording, path: Path) -> None:
-    """Write `recording` to `path`, replacing what is there when all went well.
+    """Write `recording` to `path` atomically.
 
     Raises:
         CannotBeWrittenError: the file cannot be written.
@@ -234,11 +234,11 @@ def write_recording(recording: Recording, path: Path) -> None:
 
 
 def read_recording(path: Path) -> Recording:
-    """Read a recording, of a file that was cut short what lies before the cut.
+    """Read a recording; of a truncated file, return the data before the end.
 
     Raises:
         OSError: the file cannot be read, or is a pipe or a device.
-        UnusableFileError: it is no MCAP file, not one of this project's, or damaged; the message says which.
+        UnusableFileError: not an MCAP file, not from aero-hil, or damaged; the message says which.
     """
     with open_regular(path) as stream:
         try:
@@ -252,11 +252,11 @@ def read_recording(path: Path) -> Recording:
 
 
 def read_header(path: Path) -> Header:
-    """Read the header that a recording began with; its duration is not known there.
+    """Read the first header of a recording, in which the duration is unknown.
 
     Raises:
         OSError: the file cannot be read, or is a pipe or a device.
-        UnusableFileError: it is not a recording of this project, or damaged; the message says which.
+        UnusableFileError: not from aero-hil, or damaged; the message says which.
     """
     with open_regular(path) as stream:
         try:
@@ -271,7 +271,7 @@ def read_header(path: Path) -> Header:
 
 
 def _records(stream: BinaryIO) -> Iterator[McapRecord]:
-    """Return the records in the order of the file, up to its end or its cut."""
+    """Yield the records in file order, up to the end or the truncation."""
     try:
         left = max(LEAST_ROOM, MOST_TIMES * os.fstat(stream.fileno()).st_size)
         for record in StreamReader(
@@ -280,21 +280,21 @@ def _records(stream: BinaryIO) -> Iterator[McapRecord]:
             if not isinstance(record, Chunk):
                 yield record
                 continue
-            # Each chunk may be in bounds, and all of them together fill the memory.
+            # A limit on the sum, because many chunks of valid size could together fill the memory.
             left -= record.uncompressed_size
             if left < 0:
                 raise McapError("its chunks unpack to more than any recording of its size holds")
             yield from breakup_chunk(replace(record, compression="", data=_unpacked(record)), validate_crc=True)
     except (EndOfFile, struct.error):
         if stream.read(1):
-            raise  # damaged, and not cut by the end of the program that wrote it
+            raise  # damaged: data follow, so the file is not just truncated
 
 
 def _unpacked(chunk: Chunk) -> bytes:
-    """Return the records of a chunk; no more is unpacked than it says.
+    """Decompress a chunk, up to its declared size.
 
     Raises:
-        McapError: it unpacks to another size, or is packed in a way that is not known.
+        McapError: the size differs from the declared one, or the compression is unknown.
     """
     most = chunk.uncompressed_size + 1
     if chunk.compression == "zstd":
@@ -319,11 +319,11 @@ def _assembled(records: Iterator[McapRecord], path: Path) -> Recording:
     events: list[Event] = []
     for record in records:
         if isinstance(record, Metadata) and record.name == METADATA:
-            header = _header(record, path)  # the last one counts: the first was written before the end was known
+            header = _header(record, path)  # the last header counts, because the first lacks the duration
         elif isinstance(record, Schema) and record.name.startswith(SERIES_PREFIX):
             schemas[record.id] = json.loads(record.data)
         elif isinstance(record, Channel) and record.message_encoding == "json":
-            # Channels of other programs, as of a camera whose file was merged into this one, are passed over.
+            # Channels of other programs, for example from a merged camera file, are ignored.
             if record.schema_id in schemas:
                 series.setdefault(record.topic, _Table(schemas[record.schema_id]))
                 topics[record.id] = record.topic
@@ -367,19 +367,19 @@ def _header(record: Metadata, path: Path) -> Header:
 
 
 class _Table:
-    """The samples of a series while they are read, in the columns of its schema."""
+    """Growing buffer of a series' samples in the schema's columns."""
 
     def __init__(self, schema: Mapping[str, Any]) -> None:
         self._units = {name: spec["unit"] for name, spec in schema["properties"].items() if name != "t"}
-        # Numbers, not the tables of each line, which take twenty times the memory.
+        # Flat arrays instead of a dict a line, which would take twenty times the memory.
         self._times, self._values = array("d"), array("d")
 
     def add(self, row: Mapping[str, Any]) -> None:
-        """Take one sample."""
+        """Append one sample."""
         self._times.append(row["t"])
         self._values.extend(row[name] for name in self._units)
 
     def series(self) -> Series:
-        """Return all samples."""
+        """Return all samples as a series."""
         values = np.array(self._values).reshape(len(self._times), len(self._units))
         return Series(tuple(self._units), tuple(self._units.values()), np.array(self._times), values)

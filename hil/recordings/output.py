@@ -1,4 +1,4 @@
-"""Where results go: a place that is made and tried before anything moves, so that no work is lost for want of one."""
+"""Output folders and files, created and write-tested before a run so that no result is lost."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ except ImportError:  # Windows
 
 
 def json_text(content: Any) -> str:
-    """Return tables as JSON; a number that is none, as of what could not be measured, is null."""
+    """Return tables as JSON; NaN (not measured) and infinity become null."""
     return json.dumps(_jsonable(content), indent=1, allow_nan=False) + "\n"
 
 
@@ -34,14 +34,14 @@ def _jsonable(content: Any) -> Any:
 
 
 LATEST = "latest"
-"""Link to the newest of the folders that are named by their time."""
+"""Name of the link to the newest time-stamped folder."""
 
 
 def prepared_folder(folder: Path) -> Path:
-    """Make a folder and try to write into it.
+    """Create a folder and test that it is writable.
 
     Raises:
-        UnwritablePlaceError: it cannot be made or written; the message names it.
+        UnwritablePlaceError: the folder cannot be created or written; the message names it.
     """
     missing = next((parent for parent in (*reversed(folder.parents), folder) if not parent.exists()), None)
     try:
@@ -58,7 +58,7 @@ def prepared_folder(folder: Path) -> Path:
 
 
 def _remove_empty(folder: Path, first: Path) -> None:
-    """Remove a folder that was made in vain, and those above it from `first` on."""
+    """Remove a new folder that proved unwritable, and its new parents up to `first`."""
     with suppress(OSError):
         for made in (folder, *folder.parents):
             made.rmdir()
@@ -68,10 +68,10 @@ def _remove_empty(folder: Path, first: Path) -> None:
 
 @contextmanager
 def claimed(folder: Path | None) -> Iterator[None]:
-    """Keep other runs out of a folder for as long as one writes there.
+    """Lock a folder against other runs during the block.
 
     Raises:
-        UnwritablePlaceError: another run writes there.
+        UnwritablePlaceError: another run has locked the folder.
     """
     if folder is None or fcntl is None:
         yield
@@ -79,7 +79,7 @@ def claimed(folder: Path | None) -> Iterator[None]:
     handle = os.open(folder, os.O_RDONLY)
     try:
         try:
-            # The lock of a program that is killed goes with it.
+            # flock instead of a lock file, because the system releases it when a program is killed.
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             raise UnwritablePlaceError(
@@ -94,7 +94,7 @@ def claimed(folder: Path | None) -> Iterator[None]:
 
 @contextmanager
 def emptied(folder: Path | None) -> Iterator[None]:
-    """Remove a folder at the end when it is empty."""
+    """Remove a folder at the end of the block if it is empty."""
     try:
         yield
     finally:
@@ -103,10 +103,10 @@ def emptied(folder: Path | None) -> Iterator[None]:
 
 
 def prepared_file(path: Path) -> Path:
-    """Make the folder of a file and try to write there; what is at `path` stays.
+    """Create the folder of a file and test that it is writable; an existing file stays.
 
     Raises:
-        OSError: it cannot be written, or is no regular file: a folder, a device, a link that leads nowhere.
+        OSError: `path` cannot be written, or is a folder, a device or a dangling link.
     """
     if path.is_dir() or not path.name:
         raise IsADirectoryError(f"{str(path)!r} is a folder; name a file")
@@ -122,7 +122,7 @@ def prepared_file(path: Path) -> Path:
 
 
 def _made(base: Path, names: Iterator[str]) -> Path:
-    """Make the folder of the first name that is free; of two programs that ask at once, each gets its own."""
+    """Create a folder with the first free name; atomic, so concurrent programs get different ones."""
     for name in names:
         with suppress(FileExistsError):
             (base / name).mkdir()
@@ -131,10 +131,10 @@ def _made(base: Path, names: Iterator[str]) -> Path:
 
 
 def run_folder(base: Path) -> Path:
-    """Make a folder below `base` that is named by the time, and let `latest` beside it point there.
+    """Create a time-stamped folder below `base`, and point the link `latest` there.
 
     Raises:
-        OSError: it cannot be made or written.
+        OSError: the folder cannot be created or written.
     """
     stamp = datetime.now().astimezone().strftime("%Y-%m-%dT%H-%M-%S")
     prepared_folder(base)
@@ -146,5 +146,5 @@ def run_folder(base: Path) -> Path:
             fresh.symlink_to(folder.name, target_is_directory=True)
             fresh.replace(link)
         except OSError:
-            fresh.unlink(missing_ok=True)  # a file system without links: the folder's name says which is newest
+            fresh.unlink(missing_ok=True)  # a file system without links; names sort by time anyway
     return folder

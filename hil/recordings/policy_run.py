@@ -1,8 +1,8 @@
-"""The experiment "policy": a policy runs on a target, and everything that happened is recorded.
+"""Experiment "policy": run a policy on a target and record the run.
 
-Series of the recording, all sampled once a control period: `codes` as read, `hand` the same in the simulator's
-lengths, `action`, `goal` the lengths asked for, `command_codes` as written, `currents`; of an emulated hand with a cube
-also `posture`, what hand and cube really did.
+Series, sampled once a control period: `codes` as read, `hand` (the codes as lengths of the simulator), `action`,
+`goal` (commanded lengths), `command_codes` as written, `currents`; for an emulated hand with a cube also `posture`,
+the ground truth of hand and cube.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ POSTURE |= dict.fromkeys(("cube_qw", "cube_qx", "cube_qy", "cube_qz"), "1")
 
 
 class PolicyRun(NamedTuple):
-    """What the experiment leaves."""
+    """Result of the experiment."""
 
     run: Run
-    """What the loop saw."""
+    """Result of the control loop."""
     lateness_s: tuple[float, ...]
-    """How much later than its turn each control period began, s."""
+    """Lateness of each control period's start, s."""
     currents_a: NDArray[np.float64]
     """Motor currents of each period, (periods, 7), A, command order; NaN where a reading is missing."""
 
@@ -50,17 +50,17 @@ def record_policy(
     """Run `policy` on `target`.
 
     Args:
-        target: any hand; nothing but its driver, clock and map is used.
-        recorder: begun here.
-        policy: what acts.
-        settings: how.
+        target: hand of any kind; only its driver, clock, map and guard are used.
+        recorder: recorder of the run, begun here.
+        policy: policy to run.
+        settings: settings of the run.
         progress: called after every control period.
-        cube: put into the hand when the policy begins, and watched.
-        correction: whose the correction of the settings is; written into the recording.
+        cube: cube placed in the hand at the policy's start, and sampled; None for none.
+        correction: source of the settings' correction, stored in the recording.
 
     Raises:
-        AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
-        SafetyStopError: a guarded hand must not be moved at all.
+        AeroError, ConnectionError: no reading before the policy's start, or no connection at the end.
+        SafetyStopError: the guard refuses to move the hand.
     """
     if not settings.dry:
         target.begin()

@@ -1,4 +1,4 @@
-"""When, where, by whom and by which state of this project a recording was made."""
+"""Provenance of a recording: time, host, operator, command line, versions and commit."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from pathlib import Path
 
 LIBRARIES = ("aero-hil", "numpy", "mujoco", "pyserial")
 COMMIT_FILE = Path(__file__).with_name("commit.txt")
-"""Written into a wheel when it is built, since a wheel has no Git history."""
+"""Commit file of a wheel, written at build time because a wheel has no Git history."""
 OPERATOR = "AERO_OPERATOR"
-"""Environment variable that says who runs the hand, where that is not who is logged in."""
+"""Environment variable for the operator's name, if other than the login name."""
 
 
 def local_time(ago_s: float = 0.0) -> str:
@@ -31,7 +31,7 @@ def host() -> str:
 
 
 def _utf8(text: str) -> str:
-    """Return text of the system, which may hold bytes that are no UTF-8, with escapes in their place."""
+    """Return text of the operating system with escapes in place of invalid UTF-8 bytes."""
     return text.encode(errors="backslashreplace").decode()
 
 
@@ -41,7 +41,7 @@ def command_line() -> str:
 
 
 def operator() -> str:
-    """Return who runs this program, empty when nobody is known."""
+    """Return the operator of this program; empty if unknown."""
     try:
         return _utf8(os.environ.get(OPERATOR) or getpass.getuser())
     except (OSError, KeyError):  # no such user, as in some containers
@@ -63,14 +63,14 @@ def _version(name: str) -> str:
 
 @cache
 def source_commit() -> str:
-    """Return the commit this source tree is at, with `+changes` when it was edited; empty when it is not known."""
+    """Return the commit of this source tree, with `+changes` for an edited tree; empty if unknown."""
     if COMMIT_FILE.exists():
         return COMMIT_FILE.read_text(encoding="utf-8").strip()
     root = Path(__file__).parents[2]
     if not (root / ".git").exists():
         return ""
     try:
-        # In a Git hook these name the user's repository, of which git would then speak.
+        # In a Git hook, GIT_* variables name the user's repository, and git would describe that one.
         ours = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
         out = subprocess.run(
             ["git", "-C", str(root), "describe", "--always", "--abbrev=12", "--dirty=+changes", "--exclude=*"],
@@ -80,5 +80,5 @@ def source_commit() -> str:
             env=ours,
         )
     except (OSError, subprocess.CalledProcessError):
-        return ""  # no git on this machine, or a checkout it refuses to read: the commit is unknown
+        return ""  # git is not installed, or refuses to read the checkout
     return out.stdout.strip()

@@ -1,4 +1,4 @@
-"""What an experiment writes into while it runs: samples, bytes, and the lines that the program logs."""
+"""Recorder of a running experiment: samples, wire bytes and log lines."""
 
 from __future__ import annotations
 
@@ -24,29 +24,28 @@ from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 
 Progress = Callable[[float, str], None]
-"""Called with the finished part (0..1) and what is being done."""
+"""Called with the finished fraction, 0 to 1, and the present activity."""
 
 LOGGERS = ("aero", "hil")
 """Packages whose log lines are recorded."""
 SHAPE = (len(Channel),)
-"""Of a sample."""
+"""Shape of a sample."""
 _LOG = logging.getLogger(__name__)
 
 
 def silent(_done: float, _doing: str) -> None:
-    """Report progress to nobody."""
+    """Discard progress reports."""
 
 
 class Recorder:
-    """Collects the samples of one experiment on one target, on disk as they come when it is given a file.
+    """Collects the samples of one experiment on one target and, given a path, writes them to disk at once.
 
-    Whoever runs an experiment makes the recorder and finishes it, also when the experiment was aborted; the
-    experiment begins it. Times given to it are times of the target's clock; those in the recording count from the
-    beginning.
+    The runner of an experiment creates the recorder and calls `finish` even after an abort; the experiment calls
+    `begin`. Times of calls are on the target's clock; times in the recording count from `begin`.
     """
 
     def __init__(self, target: Target, experiment: str, path: Path | None = None) -> None:
-        """Prepare to record `experiment`; `path` is the MCAP file to write, none when None."""
+        """Prepare to record `experiment`; `path` is the MCAP file to be written, or None for no file."""
         self._target = target
         self._experiment = experiment
         self._path = path
@@ -55,25 +54,25 @@ class Recorder:
         self._parameters: dict[str, float | str] = {}
         self._columns: dict[str, _Columns] = {}
         self._incomplete: set[str] = set()
-        """Series of which a sample was left out."""
+        """Series with a dropped sample."""
         self._events: list[Event] = []
         self._failure: CannotBeWrittenError | None = None
         self._wire_mark = 0
         self._attached: dict[str, Series] = {}
         self._log_lines = LogLines(self._add_event)
         self.start = 0.0
-        """Time of the target's clock that is zero in the recording, s."""
+        """Zero of the recording's times, s on the target's clock."""
 
     @property
     def begun(self) -> bool:
-        """Whether there is anything to finish."""
+        """True after `begin`."""
         return bool(self._started)
 
     def begin(self, parameters: Mapping[str, float | str] | None = None, *, from_opening: bool = False) -> None:
-        """Start now, or, for the bytes alone, at the opening of the target.
+        """Start recording now or, for wire bytes only, at the opening of the target.
 
         Raises:
-            CannotBeWrittenError: the file cannot be begun.
+            CannotBeWrittenError: the file cannot be created.
         """
         wire = self._target.wire
         self._wire_mark = 0 if from_opening else wire.mark()
@@ -89,16 +88,16 @@ class Recorder:
         self._log_lines.begin()
 
     def note_parameters(self, **parameters: float | str) -> None:
-        """Add parameters that are known only after the beginning."""
+        """Add parameters that become known after `begin`."""
         self._parameters |= parameters
 
     def add(self, name: str, t: float, row: NDArray[Any]) -> None:
         """Add a copy of one sample, (7,), taken at `t` (s on the target's clock), to a series of `SERIES_UNITS`.
 
-        A sample with NaN or infinity is left out, which the first time is an event.
+        A sample with NaN or infinity is dropped, with an event for the first one of a series.
 
         Raises:
-            ValueError: there is no such series, the row has another shape, or time runs backwards.
+            ValueError: unknown series, wrong shape of the row, or decreasing time.
             CannotBeWrittenError: the file cannot be written.
         """
         if name not in SERIES_UNITS:
@@ -110,7 +109,7 @@ class Recorder:
                 f"a sample of {name} has shape (7,) and a time from {found.last:.3f} s on; got {sample.shape} at "
                 f"{at:.3f} s"
             )
-        # Seven numbers are looked at as numbers, at a quarter of what an array of them takes.
+        # Python floats instead of an array: `isfinite` of seven floats takes a quarter of the time.
         numbers = sample.tolist()
         if not all(map(isfinite, numbers)):
             if name not in self._incomplete:
@@ -124,22 +123,22 @@ class Recorder:
             self._raise_failure()
 
     def has(self, name: str) -> bool:
-        """Whether a series has a sample yet."""
+        """Return True if a series has a sample."""
         return name in self._columns
 
     def derive(self, name: str, source: str, convert: Callable[[NDArray[Any]], NDArray[Any]]) -> None:
-        """Attach a series that is computed from all samples (n, 7) of another and has its times."""
+        """Attach a series computed from all samples, (n, 7), of a source series at the source's times."""
         if self.has(source):
             found = self._columns[source]
             values = found.values().astype(np.uint16 if source in CODES else np.float64)
             self.attach(name, Series.of(LABELS, SERIES_UNITS[name], found.times, convert(values)))
 
     def attach(self, name: str, series: Series) -> None:
-        """Add a whole series; it is written at the end."""
+        """Add a whole series, to be written by `finish`."""
         self._attached[name] = series
 
     def note(self, text: str, severity: Severity = "info") -> None:
-        """Add an event that happens now.
+        """Add an event with the present time.
 
         Raises:
             CannotBeWrittenError: the file cannot be written.
@@ -149,16 +148,16 @@ class Recorder:
 
     @property
     def failure(self) -> CannotBeWrittenError | None:
-        """Why the file is not complete, None when it is or there is none."""
+        """First write error, or None."""
         return self._failure
 
     def finish(self, *, ended: bool = True) -> Recording:
-        """Return the recording of everything since the beginning, complete and close the file.
+        """Stop recording, complete and close the file, and return the recording.
 
-        Nothing is recorded afterwards. A file that could not be written is closed as it is, see `failure`.
+        After a write error (see `failure`) the file is closed incomplete.
 
         Args:
-            ended: whether the experiment ran to its end.
+            ended: True if the experiment ran to its end.
         """
         self._log_lines.end()
         wire = self._target.wire
@@ -181,17 +180,17 @@ class Recorder:
         return Recording(header, series, wire.since(self._wire_mark, self.start), tuple(self._events))
 
     def _add_event(self, text: str, severity: Severity) -> None:
-        """Add an event that happens now, silent when that fails: the guard's way out logs here."""
+        """Add an event with the present time; never raises, because a stop of the guard logs here."""
         event = Event(self._target.clock.now() - self.start, severity, text)
         self._events.append(event)
         self._write(RecordingFile.add_event, event)
 
     def _add_wire(self, record: WireRecord) -> None:
-        """Write bytes that cross the link, silent when that fails: the guard's way out passes here."""
+        """Write bytes that cross the link; never raises, because a stop of the guard sends bytes here."""
         self._write(RecordingFile.add_wire, record, self.start)
 
     def _write(self, action: Callable[..., None], *arguments: object) -> None:
-        """Call a method of the file, if there is one that can be written to."""
+        """Call a method of the file; skip without a file or after a write error."""
         if self._file is None or self._path is None or self._failure is not None:
             return
         try:
@@ -231,7 +230,7 @@ class Recorder:
 
 
 class _Columns:
-    """The samples of a series while they are taken, as numbers one after another."""
+    """Growing buffer of a series' samples."""
 
     def __init__(self) -> None:
         self.times, self._numbers = array("d"), array("d")
@@ -239,7 +238,7 @@ class _Columns:
         """Time of the last sample, s."""
 
     def add(self, t: float, numbers: list[float]) -> None:
-        """Take one sample."""
+        """Append one sample."""
         self.last = t
         self.times.append(t)
         self._numbers.extend(numbers)
@@ -250,28 +249,28 @@ class _Columns:
 
 
 class LogLines(logging.Handler):
-    """Hands log lines of level INFO and above to a recording, those of the thread that makes it.
+    """Log handler that adds lines of level INFO and above to a recording, from the creating thread only.
 
-    Other threads only observe the hand, and a recording is for one thread.
+    Other threads only observe the hand, and a recording is not thread-safe.
     """
 
     def __init__(self, add: Callable[[str, Severity], None]) -> None:
-        """Prepare; nothing comes before `begin`."""
+        """Prepare the handler; `begin` attaches it to the loggers."""
         super().__init__(logging.INFO)
         self._add = add
         self._thread = threading.get_ident()
         self._levels: dict[str, int] = {}
-        """What the loggers let through before, for `end`."""
+        """Previous logger levels, restored by `end`."""
 
     def begin(self) -> None:
-        """Record lines from now on."""
+        """Start to record lines."""
         for logger in map(logging.getLogger, LOGGERS):
             self._levels[logger.name] = logger.level
             logger.setLevel(min(logging.INFO, logger.getEffectiveLevel()))
             logger.addHandler(self)
 
     def end(self) -> None:
-        """Record no more lines; a second call does nothing."""
+        """Stop recording lines; a second call does nothing."""
         while self._levels:
             name, level = self._levels.popitem()
             logger = logging.getLogger(name)
@@ -279,11 +278,11 @@ class LogLines(logging.Handler):
             logger.setLevel(level)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Hand one line over."""
+        """Add one line to the recording."""
         if record.thread != self._thread:
             return
         severity: Severity = "error" if record.levelno >= logging.ERROR else "warning"
         try:
             self._add(record.getMessage(), severity if record.levelno >= logging.WARNING else "info")
-        except Exception:  # a line that cannot be recorded ends nothing
+        except Exception:  # a recording error must not end the caller of the logger
             self.handleError(record)

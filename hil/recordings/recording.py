@@ -1,7 +1,7 @@
-"""What an experiment leaves behind: a header, time series with units, the bytes on the wire, and events.
+"""Recording of an experiment: header, time series with units, wire bytes, and events.
 
-A recording is immutable and complete: every metric, plot and report of this project is computed from one and from
-nothing else. `hil.recordings.mcap_file` writes it to disk and reads it back.
+A recording is immutable, and the only input of every metric, plot and report. `hil.recordings.mcap_file` writes and
+reads recordings.
 """
 
 from __future__ import annotations
@@ -26,56 +26,56 @@ Severity = Literal["info", "warning", "error"]
 
 @dataclass(frozen=True)
 class Header:
-    """Which hand was measured, with what, and by which state of this project."""
+    """Header of a recording: hand, experiment and provenance."""
 
     experiment: str
     """Name of the experiment, for example `staircase`."""
     target: str
-    """What `--hil` was: `emulated`, `pty`, a path or a pyserial URL."""
+    """Value of `--hil`: `emulated`, `pty`, a path or a pyserial URL."""
     hand: Side
     """`right` or `left`."""
     firmware: str
-    """Firmware version the map and the limits were chosen for."""
+    """Declared firmware version; selects map and limits."""
     map: str
-    """Coefficients of the actuation map in use."""
+    """Name of the actuation map's coefficients."""
     window: str
-    """Calibration state of the command window that the map is for."""
+    """Name of the actuation map's command window (calibration state)."""
     unit: str
     """Unit file of an emulated hand; `physical` for a hand on a port."""
     seed: int
-    """Seed of the emulated hand's noise; without meaning on a port."""
+    """Seed of the emulated hand's noise; meaningless for a hand on a port."""
     parameters: Mapping[str, float | str] = field(default_factory=dict)
     """Parameters of the experiment, units in the names."""
     safety: Mapping[str, float] = field(default_factory=dict)
-    """Thresholds of `aero.safety` by name; empty when the hand was not guarded."""
+    """Thresholds of `aero.safety` by name; empty for an unguarded hand."""
     versions: Mapping[str, str] = field(default_factory=dict)
-    """Versions of Python, of this project and of what it computes with."""
+    """Versions of Python, aero-hil and its numerical libraries."""
     commit: str = ""
-    """Git commit of this project's source, `+changes` when the tree was not clean; empty when it is not known."""
+    """Git commit of aero-hil, `+changes` for an edited tree; empty if unknown."""
     started: str = ""
-    """Date and time of the beginning, ISO 8601 with zone; empty in recordings of version 0.1."""
+    """Start date and time, ISO 8601 with zone; empty in recordings of version 0.1."""
     duration_s: float = 0.0
-    """Hand time from the beginning to the end, s; zero when it was not finished."""
+    """Duration in hand time, s; zero in an unfinished recording."""
     finished: bool = True
-    """Whether the experiment ran to its end and the file was completed."""
+    """True if the experiment ran to its end and the file is complete."""
     host: str = ""
     """Name of the computer."""
     command: str = ""
     """Command line of the program that recorded."""
     operator: str = ""
-    """Who ran it, when that was said."""
+    """Name of the operator; empty if unknown."""
     hand_id: str = ""
     """Name or serial number of the individual hand."""
     serial_number: str = ""
-    """Of the USB port of the hand; empty where it has none."""
+    """Serial number of the hand's USB port; empty if unknown."""
     faults: str = ""
-    """What was made wrong with an emulated hand, as `hil.faults.parse_fault` reads it, with blanks between."""
+    """Faults of an emulated hand as `hil.faults.parse_fault` reads them, separated by blanks."""
 
     def number(self, parameter: str) -> float:
-        """Return a parameter of the experiment that is a number.
+        """Return a numeric parameter of the experiment.
 
         Raises:
-            CannotBeMeasuredError: there is none, or it is no number.
+            CannotBeMeasuredError: the parameter is missing or not a number.
         """
         value = self.parameters.get(parameter)
         if not isinstance(value, int | float):
@@ -85,16 +85,16 @@ class Header:
 
 @dataclass(frozen=True)
 class Series:
-    """One or more quantities sampled together, in arrays of its own that nothing writes to.
+    """Time series of one or more quantities, in read-only arrays.
 
     Raises:
-        ValueError: shapes do not agree, a value is not finite, or times run backwards.
+        ValueError: shapes disagree, a value is not finite, or times decrease.
     """
 
     columns: tuple[str, ...]
-    """Names, in file and plot; the seven channel labels for most series."""
+    """Column names in file and plot, usually the seven channel labels."""
     units: tuple[str, ...]
-    """One unit a column."""
+    """Units of the columns."""
     times: NDArray[np.float64]
     """(n,) float, s since the start of the recording, never decreasing."""
     values: NDArray[np.float64]
@@ -124,7 +124,7 @@ class Series:
                 object.__setattr__(self, name, array)
 
     def __eq__(self, other: object) -> bool:
-        """Compare names, units and every sample to the bit."""
+        """Compare names, units and every sample exactly."""
         if not isinstance(other, Series):
             return NotImplemented
         return (
@@ -139,7 +139,7 @@ class Series:
         """Return one column, (n,) float.
 
         Raises:
-            CannotBeMeasuredError: there is no such column; the message lists those there are.
+            CannotBeMeasuredError: no such column; the message names the existing ones.
         """
         if name not in self.columns:
             raise CannotBeMeasuredError(f"no column {name!r}; there are {', '.join(self.columns)}")
@@ -148,21 +148,21 @@ class Series:
 
 @dataclass(frozen=True)
 class Event:
-    """Something worth a line: a phase that began, a warning, an abort."""
+    """Log line of a recording: start of a phase, warning, abort."""
 
     t: float
-    """s since the start of the recording."""
+    """Time since the start of the recording, s."""
     severity: Severity
     text: str
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One run of one experiment."""
+    """Recording of one run of one experiment."""
 
     header: Header
     series: Mapping[str, Series]
-    """By name; an experiment's docstring says which it leaves."""
+    """Series by name; each experiment's docstring lists its own."""
     wire: tuple[WireRecord, ...] = ()
     events: tuple[Event, ...] = ()
 
@@ -170,7 +170,7 @@ class Recording:
         """Return one series.
 
         Raises:
-            CannotBeMeasuredError: there is no such series; the message lists those there are.
+            CannotBeMeasuredError: no such series; the message names the existing ones.
         """
         if name not in self.series:
             known = ", ".join(self.series) or "none"
@@ -181,9 +181,9 @@ class Recording:
 
     @cached_property
     def delays(self) -> tuple[Delay, ...]:
-        """How long this program's loop or an emulated board's was held up; empty where time was virtual.
+        """Scheduling delays of this program and an emulated board, times since the recording's start, s.
 
-        Times are s since the start of the recording.
+        Empty on virtual time.
         """
         if DELAYS not in self.series:
             return ()
@@ -197,17 +197,17 @@ class Recording:
         )
 
     def longest_delay(self, start: float, end: float) -> Delay | None:
-        """Return the longest delay within a window (s since the start of the recording), None without any."""
+        """Return the longest delay within a window (s since the recording's start), or None."""
         within = [delay for delay in self.delays if delay.t >= start and delay.t - delay.by_s <= end]
         return max(within, key=lambda delay: delay.by_s, default=None)
 
 
 DELAYS = "delays"
-"""Series of delays: a column for each loop, s, at the time at which the loop resumed."""
+"""Name of the series of delays: one column a loop, s, at the time of resumption."""
 
 
 def delay_series(delays: Sequence[Delay]) -> Series | None:
-    """Return delays as the series of a recording, None where there are none."""
+    """Return delays as a series of a recording, or None without delays."""
     if not delays:
         return None
     values = [[delay.by_s if delay.loop is loop else 0.0 for loop in Loop] for delay in delays]
@@ -240,9 +240,9 @@ def _date(value: Any) -> bool:
 
 
 LARGEST = 1e15
-"""Of any number in a header."""
+"""Magnitude limit of any number in a header."""
 FARTHEST_S = 2**33
-"""From 1970, s: the times of MCAP, ns in 64 bits, reach the year 2554."""
+"""Limit of dates, s from 1970. Source: MCAP times, ns in 64 bits, end in the year 2554."""
 KINDS: dict[Any, tuple[Callable[[Any], bool], str]] = {
     str: (_text, "a text"),
     int: (_whole, "a whole number from 0 on"),
@@ -256,17 +256,17 @@ KINDS: dict[Any, tuple[Callable[[Any], bool], str]] = {
     Mapping[str, float]: (_table(_number), "finite numbers by name"),
     Mapping[str, str]: (_table(_text), "texts by name"),
 }
-"""Type of a field of `Header`, what it accepts, and what that is."""
+"""Type of a `Header` field, to its validator and the text that describes valid values."""
 FIELD_KINDS = {name: KINDS[kind] for name, kind in get_type_hints(Header).items()} | {
     "started": (_date, "a date, ISO 8601")
 }
 
 
 def check_header(header: Mapping[str, Any]) -> None:
-    """See that every value of a header has the kind of its field.
+    """Validate every value of a header against its field.
 
     Raises:
-        ValueError: one has not, or there is no such field; the message names it.
+        ValueError: an invalid value or an unknown field; the message names the field.
     """
     for name, value in header.items():
         if name not in FIELD_KINDS:

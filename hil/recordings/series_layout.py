@@ -1,4 +1,4 @@
-"""Columns and units of the series that every recording may hold, and a file's own brought to them."""
+"""Columns and units of the known series, and conversion of a file's series to them."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ SERIES_UNITS: dict[str, tuple[str, ...]] = {
     "action": ("1",) * len(Channel),
     "temperatures": ("degC",) * len(Channel),
 }
-"""Every series an experiment may leave, with the units of its seven columns."""
+"""Known series of experiments, to the units of their seven columns."""
 FACTORS = {("mA", "A"): 1e-3, ("mm", "m"): 1e-3, ("mrad", "rad"): 1e-3, ("deg", "rad"): math.pi / 180.0}
-"""Unit in a file and unit of ours to what the first is in the second."""
+"""Pair of a file's unit and our unit, to the conversion factor."""
 
 
 def conformed(name: str, series: Series) -> Series:
-    """Return a series of a file in the order and the units of ours; one that is not ours as it is.
+    """Return a series of a file with standard column order and units; an unknown series unchanged.
 
     Raises:
-        UnusableFileError: other columns, or a unit that is no other word for ours; the message names it.
+        UnusableFileError: other columns, or a unit without a conversion; the message names the unit.
     """
     if name not in SERIES_UNITS:
         return series
@@ -38,7 +38,7 @@ def conformed(name: str, series: Series) -> Series:
         raise UnusableFileError(f"series {name} has the columns {', '.join(series.columns)}, not {', '.join(LABELS)}")
     if name in CODES and len(series.values) and not 0 <= series.values.min() <= series.values.max() <= MAX_CODE:
         raise UnusableFileError(f"series {name} holds what is no code: codes are 0 to {MAX_CODE}")
-    # Whoever wrote the file may have named them in another order: what counts is the name.
+    # Another writer may order the columns differently, so match them by name.
     order = [series.columns.index(label) for label in LABELS]
     given = tuple(series.units[place] for place in order)
     if order == list(range(len(LABELS))) and given == SERIES_UNITS[name]:

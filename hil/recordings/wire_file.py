@@ -1,7 +1,7 @@
-"""A recording of the bytes alone, made beside a program of somebody else's, and what can be read out of it.
+"""Wire recordings: the bytes between a foreign program and a hand, and the series decoded from them.
 
-`aero-hil emulate --record` and `aero-hil proxy --record` write it. It has the name of a whole run, `session`, and no
-series: what the program meant to send is not known.
+`aero-hil emulate --record` and `aero-hil proxy --record` write wire recordings, as the experiment `session` without
+series, because the program's intended commands are unknown.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from model.geometry import Side
 
 SESSION = "session"
 READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}
-"""Series of readings, and the reply that brings them."""
+"""Series of readings, to the opcode of their replies."""
 
 
 class WireFile:
-    """Writes bytes that a program and a hand exchange, in whole frames on the way to the hand.
+    """Writer of a wire recording; bytes to the hand are written as whole frames.
 
-    When it cannot be written any more, it is closed as it is, and `failure` says so: the link is not its to end.
+    A write error closes the file and sets `failure`, because recording must not end the link.
     """
 
     def __init__(
@@ -50,28 +50,28 @@ class WireFile:
         delays: DelayLog | None = None,
         on_failure: Callable[[CannotBeWrittenError], object] = lambda _error: None,
     ) -> None:
-        """Begin the file.
+        """Create the file.
 
         Args:
-            path: the file.
-            clock: times count from now on it.
+            path: path of the file.
+            clock: clock of the recording, whose times count from now.
             target: name of the hand's port.
-            unit: of the hand.
-            firmware: of the hand.
-            hand: side.
-            seed: of an emulated hand's noise.
-            delays: of the emulated board, written at the end.
-            on_failure: called once, when the file cannot be written any more.
+            unit: unit of the hand.
+            firmware: firmware version of the hand.
+            hand: side of the hand.
+            seed: seed of an emulated hand's noise.
+            delays: delays of the emulated board, written at the end.
+            on_failure: called once, at the first write error.
 
         Raises:
-            CannotBeWrittenError: it cannot be begun.
+            CannotBeWrittenError: the file cannot be created.
         """
         codec = ActuationMap.for_firmware(firmware, hand=hand)
         self._path = path
         self._on_failure = on_failure
         self._delays = delays
         self.failure: CannotBeWrittenError | None = None
-        """Why the file is not complete, None as long as it is."""
+        """First write error, or None."""
         self._clock = clock
         self._start = clock.now()
         self._unfinished = b""
@@ -96,7 +96,7 @@ class WireFile:
             self._file = RecordingFile(path, self._header)
 
     def add(self, direction: Direction, data: bytes) -> None:
-        """Take bytes that cross the link now. A program may send a frame in pieces, or several at once."""
+        """Record bytes that cross the link now; bytes to the hand may be part of a frame, or several frames."""
         t = self._clock.now() - self._start
         if direction == "from_hand":
             self._write(RecordingFile.add_wire, WireRecord(t, direction, data))
@@ -107,7 +107,7 @@ class WireFile:
             self._write(RecordingFile.add_wire, WireRecord(t, direction, frame))
 
     def note(self, text: str, severity: Severity) -> None:
-        """Add an event that happens now."""
+        """Add an event with the present time."""
         self._write(RecordingFile.add_event, Event(self._clock.now() - self._start, severity, text))
 
     def close(self) -> None:
@@ -133,7 +133,7 @@ class WireFile:
 
 
 def with_series(recording: Recording) -> Recording:
-    """Return a recording of bytes with the commands and readings that are in its frames, as series."""
+    """Return a wire recording with the commands and readings of its frames as series."""
     rows: dict[str, list[tuple[float, NDArray[np.float64]]]] = {}
     for name, t, words in _frames(recording):
         rows.setdefault(name, []).append((t, words))
@@ -145,7 +145,7 @@ def with_series(recording: Recording) -> Recording:
 
 
 def _frames(recording: Recording) -> Iterator[tuple[str, float, NDArray[np.float64]]]:
-    """Yield the series, time and values of each frame that holds commands or readings."""
+    """Yield series name, time and values, (7,), of each frame with commands or readings."""
     name_of = {opcode: name for name, opcode in READ.items()}
     received, asked = b"", -1
     for record in recording.wire:
