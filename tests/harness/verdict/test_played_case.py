@@ -52,5 +52,5 @@ def test_an_answer_follows_from_what_is_shown(shown, differs):
 def test_what_homing_or_eyes_find_is_answered_by_what_the_hand_shows():
     played = play([parse_fault("digit_jammed:ring")], "plausible:420008", 420008, "0.1.5", "left")
     assert played.found
-    assert any("looked at ring: it bends with more resistance" in str(line) for line in played.shown)
+    assert any("bent ring: it bends with more resistance" in str(line) for line in played.shown)
     assert is_right(played.told[0], parse_fault("digit_jammed:ring"))
