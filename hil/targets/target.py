@@ -21,6 +21,7 @@ from firmware_emulator.hand import EmulatedHand
 from hil.faults.bench import HandBench
 from hil.faults.catalogue import parse_fault
 from hil.faults.fault import Injection
+from hil.faults.workbench import Workbench
 from hil.targets.asker import Choice
 from hil.targets.delays import DelayLog
 from hil.targets.hand_spec import hand_words
@@ -141,6 +142,9 @@ class Target:
     @property
     def wrong(self) -> tuple[Injection, ...]:
         """What is wrong with an emulated hand at present."""
+        # Text does not bring back a fault that is in no catalogue.
+        if (here := self.find(Workbench)) is not None:
+            return here.present
         bench = self.find(HandBench)
         return self.faults if bench is None else bench.state().present
 
@@ -151,7 +155,11 @@ class Target:
             MissingCapabilityError: the hand is not an emulated one.
             ValueError: there is no such fault, or this hand cannot have it now.
         """
-        self.act(f"inject {parse_fault(fault) if isinstance(fault, str) else fault}")
+        asked = parse_fault(fault) if isinstance(fault, str) else fault
+        if (here := self.find(Workbench)) is not None:
+            here.inject(asked)
+        else:
+            self.act(f"inject {asked}")
 
     def clear(self, fault: Injection | str) -> None:
         """Take a fault away.
@@ -160,7 +168,11 @@ class Target:
             MissingCapabilityError: the hand is not an emulated one.
             ValueError: the hand does not have it, or it cannot be undone.
         """
-        self.act(f"clear {parse_fault(fault) if isinstance(fault, str) else fault}")
+        asked = parse_fault(fault) if isinstance(fault, str) else fault
+        if (here := self.find(Workbench)) is not None:
+            here.clear(asked)
+        else:
+            self.act(f"clear {asked}")
 
     def act(self, words: str) -> str:
         """Do to an emulated hand what a person does, as in `target.act("exchange_servos ring pinky")`.

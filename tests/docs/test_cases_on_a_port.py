@@ -32,7 +32,7 @@ def case_of(tmp_path, *options, named=NAMED, only=SHORT, prepare=lambda _bus: No
 def test_a_dead_motor_after_the_whole_run(tmp_path):
     """The guard stopped at the neighbour that had got the servo, and the digit was convicted."""
     found, code, said = case_of(tmp_path, "--fault", "motor_dead:ring", only=())
-    assert (found, code) == (Exit.OUT_OF_LIMITS, Exit.OUT_OF_LIMITS)
+    assert (found, code) == (Exit.STOPPED, Exit.OUT_OF_LIMITS)
     assert "Servo of the ring finger, which is now at the" in said
     assert "Replace this servo." in said
 

@@ -17,6 +17,8 @@ from pages import environment
 from aero.channels import Channel
 from hil.checks.shared.subjects import subject_words
 
+ASKS = "> "
+"""End of a prompt."""
 SHOWN_S = 30
 """Longest time until a hand shows what was done to it, s."""
 DOES = (
@@ -93,21 +95,19 @@ def diagnosed(folder, link, hand, *, named=""):
         [sys.executable, "-m", "aero_hil", "diagnose", str(folder), "--hil", str(link)],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment(),
     ) as process:  # fmt: skip
-        said, step = "", ""
-        while (prompt := _until_asked(process.stdout)) is not None:
+        said = ""
+        while (prompt := _until_asked(process.stdout)).endswith(ASKS):
             said += prompt
             step = re.sub(r"\s+", " ", said.rpartition("next step")[2])
             process.stdin.write(f"{_answer(hand, prompt, step, named)}\n")
             process.stdin.flush()
-        said += process.stdout.read()
+        said += prompt
     return process.returncode, said
 
 
 def _until_asked(out):
     text = ""
-    while not text.endswith("> "):
-        if not (char := out.read(1)):
-            return None
+    while not text.endswith(ASKS) and (char := out.read(1)):
         text += char
     return text
 

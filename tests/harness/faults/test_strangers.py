@@ -44,6 +44,7 @@ def test_a_stranger_is_gone_with_its_part(fault):
         bench = target.get(Workbench)
         before = bench.assembly.unit
         target.inject(fault)
+        assert target.wrong == (fault,)
         target.act(f"replace {fault.part.name.lower()}{f' {fault.channel.label}' if fault.channel is not None else ''}")
         assert bench.present == ()
         assert bench.assembly.unit == before
