@@ -1,4 +1,4 @@
-"""What ships is made here, from many runs: policies, units, limits, coefficients of the map. JAX lives here alone.
+"""Production of what ships: policies, units, limits and map coefficients. The only package that uses JAX.
 
 Only `train.trainer`, `train.selection` and what they import of JAX need the extra `train`.
 """

@@ -1,4 +1,4 @@
-"""What lies between a commanded length and the simulated cable: delay, lag, speed limit, take-up, gain, counts.
+"""Actuation between a commanded length and the simulated cable: delay, lag, speed limit, take-up, gain, counts.
 
 The routed hand's actuators follow a command at once; a hand's do not. Per control period a target becomes one control
 a physics step, and a length becomes a reading. Everything is a pure function over NumPy or JAX arrays. The parameters
@@ -26,7 +26,7 @@ from model.geometry.winding import SPOOL_RADIUS
 from model.units import Unit
 
 REMEMBERED = 3
-"""Targets that can still be on their way: delays up to two control periods."""
+"""Number of stored targets: enough for delays of up to two control periods."""
 
 
 def _per_channel(cable: float, abduction: float) -> np.ndarray:
@@ -47,63 +47,62 @@ Bounds = tuple[float, float]
 
 @dataclass(frozen=True)
 class ActuationRanges:
-    """Uniform ranges of what one episode's hand does to commands and readings; the default is the ideal simulator."""
+    """Uniform ranges of one episode's actuation errors; the default is the ideal simulator."""
 
     lag_s: Bounds = (0.0, 0.0)
-    """Time constant of the servo's position loop, one draw for all channels."""
+    """Time constant of the servo's position loop, s; one draw for all channels."""
     delay_s: Bounds = (0.0, 0.0)
-    """From the write to the first motion, one draw for all channels; at most two control periods."""
+    """Delay from the write to the first motion, s; one draw for all channels, at most two control periods."""
     offset: tuple[Row, Row] = ((0.0,) * CHANNELS,) * 2
-    """By how much a channel's value exceeds what its shaft says (take-up, zero error), lowest and highest, command
-    order; m, abduction rad."""
+    """Lowest and highest excess of a channel over its shaft's reading (take-up, zero error), (7,), m, abduction rad."""
     gain: Bounds = (1.0, 1.0)
-    """Cable travel over the travel that the map assumes, per channel."""
+    """Ratio of the cable travel to the travel that the map assumes, per channel."""
     speed_limit: bool = False
-    """Whether a channel follows no faster than its servo's no-load speed; for hands without servos in the physics."""
+    """Whether the servo's no-load speed limits a channel; for hands without servos in the physics."""
     slewed: bool = False
-    """Whether a command goes no further from the last one than a servo turns in a control period, as `run-policy`."""
+    """Whether a command's change per control period is clipped to the servo's speed, as `run-policy` does."""
     counts: bool = False
-    """Whether readings come in encoder counts."""
+    """Whether readings are quantised to encoder counts."""
 
 
 IDEAL = ActuationRanges()
 """Ranges of the released environment."""
 SERVOS = ActuationRanges(lag_s=(0.015, 0.040), delay_s=(0.010, 0.030), gain=(0.97, 1.03), speed_limit=True, counts=True)
-"""Ranges for servos in front of the routed hand, with a margin on both sides."""
+"""Ranges for servos in front of the routed hand, widened on both sides."""
 BUS = ActuationRanges(lag_s=(0.0, 0.020), delay_s=(0.005, 0.030), slewed=True, counts=True)
-"""Ranges where the servos are part of the physics: delay of a command, and lag of firmware with a motion profile."""
+"""Ranges for servos inside the physics: command delay, and lag of firmware with a motion profile."""
 
 DRAWS = 2 + 2 * CHANNELS
-"""Number of uniform numbers that `parameters` needs."""
+"""Number of uniform draws that `parameters` needs."""
 
 
 class Parameters(NamedTuple):
-    """One episode's actuation; leading axes are free."""
+    """Actuation parameters of one episode; leading axes are free."""
 
     lag_s: Array
-    """(..., 1)"""
+    """Shape (..., 1), s."""
     delay_s: Array
-    """(..., 1)"""
+    """Shape (..., 1), s."""
     offset: Array
-    """(..., 7) m, abduction rad."""
+    """Shape (..., 7), m, abduction rad."""
     gain: Array
-    """(..., 7)"""
+    """Shape (..., 7), dimensionless."""
 
 
 class ServoState(NamedTuple):
-    """What the servos remember between two control periods; leading axes are free."""
+    """State of the servos between two control periods; leading axes are free."""
 
     sent: Array
-    """The latest targets, newest first, (..., REMEMBERED, 7), m, abduction rad."""
+    """Latest targets, newest first, (..., REMEMBERED, 7), m, abduction rad."""
     followed: Array
-    """Where the servos' loops are, (..., 7), m, abduction rad."""
+    """Positions of the servos' control loops, (..., 7), m, abduction rad."""
 
 
 def check(ranges: ActuationRanges, period_s: float) -> None:
-    """Refuse ranges that cannot be simulated.
+    """Raise for ranges that cannot be simulated.
 
     Raises:
-        ValueError: a range that is empty, negative times, a delay over `REMEMBERED - 1` periods, a gain not positive.
+        ValueError: an empty range, a negative time, a delay over `REMEMBERED - 1` periods, a gain of 0 or less.
     """
     for field in fields(ranges):
         value = getattr(ranges, field.name)
@@ -115,7 +114,7 @@ def check(ranges: ActuationRanges, period_s: float) -> None:
 
 
 def parameters(ranges: ActuationRanges, uniform: Array) -> Parameters:
-    """Return the parameters for draws from [0, 1], `uniform` of shape (..., DRAWS)."""
+    """Return the parameters for draws `uniform` from [0, 1], shape (..., DRAWS)."""
     low, high = np.array(ranges.offset)
     offsets, gains = uniform[..., 2 : 2 + CHANNELS], uniform[..., 2 + CHANNELS :]
     return Parameters(
@@ -127,7 +126,7 @@ def parameters(ranges: ActuationRanges, uniform: Array) -> Parameters:
 
 
 def at_rest(target: Array) -> ServoState:
-    """Return servos that have held `target` (..., 7) for long."""
+    """Return servos settled at `target` (..., 7)."""
     return ServoState(namespace(target).stack([target] * REMEMBERED, axis=-2), target)
 
 
@@ -141,16 +140,16 @@ def drive(
     step_s: float,
     ranges: ActuationRanges,
 ) -> tuple[ServoState, Array]:
-    """Follow a new target for one control period.
+    """Track a new target for one control period.
 
     Args:
-        servo: before the period.
-        target: (..., 7) lengths written at its start.
-        parameters: of this episode.
+        servo: state before the period.
+        target: (..., 7) lengths written at the start of the period.
+        parameters: actuation of this episode.
         nominal: (7,) lengths about which gains deviate.
         steps: physics steps a period.
         step_s: length of a physics step, s.
-        ranges: say whether commands are slewed and whether the servo's speed limit holds.
+        ranges: flags for slewed commands and for the servo's speed limit.
 
     Returns:
         The servos after the period and the controls of its physics steps, (..., steps, 7).
@@ -173,14 +172,14 @@ def drive(
 
 
 def read(lengths: Array, parameters: Parameters, nominal: Array, in_counts: bool) -> Array:
-    """Return what the encoders report for simulated `lengths` (..., 7)."""
+    """Return the encoder readings for simulated `lengths` (..., 7)."""
     xp = namespace(lengths)
     spooled = nominal + (lengths - parameters.offset - nominal) / parameters.gain
     return xp.floor(spooled / COUNT) * COUNT if in_counts else spooled
 
 
 def _arrived(sent: Array, delay_s: Array, step: int, steps: int, step_s: float) -> Array:
-    """Mean of the delayed targets over one physics step: each counts for the share of the step in which it is valid."""
+    """Return the mean delayed target over one physics step, each target weighted by its valid part of the step."""
     xp = namespace(sent)
     total, later = 0.0 * sent[..., 0, :], 0.0 * delay_s
     for age in range(REMEMBERED):

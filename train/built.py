@@ -1,8 +1,8 @@
-"""Built hands in training: behind servos and one-way cables, with the states, controls and sensors of the routed hand.
+"""Built hands in training: servos and one-way cables behind the states, controls and sensors of the routed hand.
 
-So one task serves both kinds. A state begins as the routed scene's (time, joints and cube, their velocities) and goes
-on with angles and velocities of the six spools and the tensions of their cables, which decide the sheaths' friction.
-Controls and sensed lengths pass the actuation map, as in deployment.
+One task therefore serves both kinds of hand. A state is the routed scene's state (time, joints and cube, velocities)
+plus angles and velocities of the six spools and the cable tensions, which determine the sheath friction. Controls and
+sensed lengths pass the actuation map, as in deployment.
 """
 
 from __future__ import annotations
@@ -25,10 +25,12 @@ from train.simulator import STATE_KIND, Floats, Simulator, add_sensors
 from train.task import PHYSICS_STEP_S
 
 EXTRA = 3 * len(CABLES)
-"""Values by which a built hand's state is longer than the routed hand's."""
+"""Number of values that a built hand's state adds to the routed hand's."""
 SHEATHS_HELD_S = 0.05
-"""How long the friction of the sheaths is held, a control period at 20 Hz; the emulated hand updates it every 10 ms.
-Three policies turned the units `reference` and `paper` with it as with 10 ms, within 0.15 rad/s."""
+"""Update period of the sheath friction, s: one control period at 20 Hz; the emulated hand updates every 10 ms.
+
+With both periods, three policies turned the cube on the units `reference` and `paper` equally fast within 0.15 rad/s.
+"""
 _STEPS = round(PHYSICS_STEP_S / TIMESTEP_S)
 _HELD_STEPS = round(SHEATHS_HELD_S / TIMESTEP_S)
 _SHAFTS = len(Channel)
@@ -59,12 +61,12 @@ def build_scene(unit: Unit, torque_limit: float | None, cube: Cube = CUBE) -> Co
             objname=shaft_name(channel),
         )
     add_sensors(spec)
-    for channel in Channel:  # what turns the shaft, bounded and less back-EMF
+    for channel in Channel:  # Torque at the shaft after the limit and the back-EMF.
         force = spec.sensor(f"{channel.label}_force")
         force.type, force.objtype = mujoco.mjtSensor.mjSENS_JOINTACTFRC, mujoco.mjtObj.mjOBJ_JOINT
         force.objname = shaft_name(channel)
-    # MuJoCo 3's implicit integrator lets back-EMF damp a shaft that its torque limit holds, at 5 ms by a fifth of its
-    # acceleration, which the emulated hand's 2 ms and MuJoCo 4 do not; Euler's does not either.
+    # MuJoCo 3's implicit integrator damps a torque-limited shaft with the back-EMF, which costs a fifth of the
+    # acceleration at 5 ms. Euler's integrator, the emulated hand's 2 ms and MuJoCo 4 do not.
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     scene = CompiledHand(spec, parameters)
     for channel in Channel:
@@ -73,7 +75,7 @@ def build_scene(unit: Unit, torque_limit: float | None, cube: Cube = CUBE) -> Co
 
 
 class BuiltSimulator(Simulator):
-    """A batch of built hands over `mujoco.rollout`; holds a thread pool; use as a context manager."""
+    """Batch of built hands over `mujoco.rollout` with its own thread pool; a context manager."""
 
     def __init__(
         self, scenes: Sequence[CompiledHand], corrections: Floats | None = None, threads: int | None = None
@@ -95,16 +97,16 @@ class BuiltSimulator(Simulator):
         self._map = ActuationMap()
 
     def replace(self, slot: int, scene: CompiledHand, correction: Floats) -> None:
-        """Put another hand and its correction (7,) into a slot of the batch."""
+        """Replace the hand and its correction (7,) in a slot of the batch."""
         self.models[slot], self._scenes[slot] = scene.model, scene
         self._corrections[slot, 0] = correction
 
     def part(self, slots: Sequence[int], threads: int | None = None) -> BuiltSimulator:
-        """Return the hands of these slots as a batch of its own."""
+        """Return the hands of these slots as a separate batch."""
         return BuiltSimulator([self._scenes[slot] for slot in slots], self._corrections[slots, 0], threads)
 
     def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
-        """Step every scene, see `Simulator`."""
+        """Step every scene; see `Simulator.advance`."""
         full, tensions = np.empty((len(states), len(self._indices))), states[:, _TENSIONS]
         full[:, self._indices] = states[:, : len(self._indices)]
         angles = np.zeros((len(states), controls.shape[1] * _STEPS, self.models[0].nu))
@@ -120,7 +122,7 @@ class BuiltSimulator(Simulator):
         return np.hstack([full[:, self._indices], tensions]), self._as_routed(np.hstack(sensors))
 
     def at(self, starts: Floats) -> Floats:
-        """Return states at rest at `starts` (batch, 23), with every cable just taut."""
+        """Return states at rest at `starts` (batch, 23), with each cable just taut."""
         states = super().at(starts)
         spools = slice(self.state_size - EXTRA, self.state_size - EXTRA + len(CABLES))
         for state, start, scene in zip(states, starts, self._scenes, strict=True):
@@ -128,7 +130,7 @@ class BuiltSimulator(Simulator):
         return states
 
     def _as_routed(self, sensors: Floats) -> Floats:
-        """Turn shaft angles into the simulator's lengths, and torques of shafts into forces that lengthen."""
+        """Convert shaft angles to cable lengths, and shaft torques to forces that lengthen a cable."""
         sensors = sensors.copy()
         angles = sensors[..., :_SHAFTS][..., _TO_COMMAND_ORDER]
         lengths = self._map.lengths_from_travel(self._map.travel_from_angles(angles)) - self._corrections
@@ -138,7 +140,7 @@ class BuiltSimulator(Simulator):
 
 
 def _state_indices(model: mujoco.MjModel) -> NDArray[np.int_]:
-    """Return where each value of a training state lies in MuJoCo's state of a built scene."""
+    """Return the index of each training-state value in MuJoCo's state of a built scene."""
     joints = [model.joint(joint.label) for joint in Joint]
     spools = [model.joint(shaft_name(channel)) for channel in CABLES]
     cube = model.joint("cube")

@@ -1,9 +1,8 @@
-"""Brax PPO checkpoints to policy files, without trusting them.
+"""Conversion of untrusted Brax PPO checkpoints to policy files.
 
-The released checkpoint of MuJoCo Playground is a Python pickle of (normaliser, policy, value). A pickle can call
-anything, so that only the few classes which such a checkpoint needs are let through, each as a stand-in that holds
-data; whatever else it names is refused before it is called. No JAX is needed. What Brax writes today is a folder of
-arrays, which is read with JAX.
+MuJoCo Playground's released checkpoint is a Python pickle of (normaliser, policy, value). A pickle can call any
+function, so only the few classes of such a checkpoint are accepted, each replaced by a passive data class; any other
+name is refused before a call. Pickles need no JAX. Brax now writes a folder of arrays, which is read with JAX.
 """
 
 from __future__ import annotations
@@ -26,13 +25,13 @@ from aero.policy.task import ShownAction
 from aero.regular_file import open_regular, read_json
 
 rebuild_numpy = np.empty(0).__reduce__()[0]
-"""What pickled NumPy arrays call; its module differs between versions of NumPy."""
+"""Constructor in pickled NumPy arrays; its module differs between NumPy versions."""
 
 MAX_BYTES = 64 * 2**20
-"""Larger files are no checkpoint of these networks."""
+"""Size limit of a checkpoint file; real ones are about 1.5 MB."""
 
 NETWORK_CONFIG = "ppo_network_config.json"
-"""What Brax writes beside the arrays; folders of older versions of Playground are without it."""
+"""Network description that Brax writes beside the arrays; missing in folders of older Playground versions."""
 
 EXPECTED_OF_NETWORK: dict[str, tuple[Any, ...]] = {
     "activation": ("swish", "silu"),
@@ -40,15 +39,15 @@ EXPECTED_OF_NETWORK: dict[str, tuple[Any, ...]] = {
     "mean_clip_scale": (None,),
     "policy_obs_key": ("state",),
 }
-"""Settings of the network that decide what it does with an observation, and the values a policy file can hold."""
+"""Network settings that affect the output, with the values that a policy file supports."""
 
 
 class CheckpointError(ValueError):
-    """A file that is no checkpoint of this task, or that asks for more than data."""
+    """File is not a checkpoint of this task, or requests more than data."""
 
 
 class _Record:
-    """Stands in for a dataclass of Brax: its fields become attributes, and nothing runs."""
+    """Passive substitute for a Brax dataclass: stores fields as attributes and runs no code."""
 
     def __init__(self, *values: Any) -> None:
         self.values = values
@@ -58,7 +57,7 @@ class _Record:
 
 
 def _rebuild_jax(function: Callable[..., Any], arguments: tuple[Any, ...], state: Any, _: Any) -> Any:
-    """Rebuild a pickled JAX array as the NumPy array inside it."""
+    """Rebuild a pickled JAX array as the NumPy array inside."""
     if function is not rebuild_numpy:
         raise CheckpointError(f"a JAX array in the file is rebuilt by {function!r}; only NumPy's rebuilding is allowed")
     array = function(*arguments)
@@ -76,7 +75,7 @@ ALLOWED: dict[tuple[str, str], Any] = {
     ("numpy", "ndarray"): np.ndarray,
     ("numpy", "dtype"): np.dtype,
 }
-"""What a checkpoint may name, and what it gets."""
+"""Names allowed in a checkpoint, with their substitutes."""
 
 
 class _Unpickler(pickle.Unpickler):
@@ -115,7 +114,7 @@ def _content(file: Path) -> bytes:
 
 
 def convert(path: Path, settings: PolicySettings, shown_action: ShownAction = ShownAction.BEFORE_LAST) -> Policy:
-    """Read a checkpoint, which does not say how it was trained.
+    """Read a checkpoint; `settings` and `shown_action` supply what its file lacks.
 
     Args:
         path: pickle of Brax PPO parameters, or the folder that Orbax wrote them into.
@@ -138,7 +137,7 @@ def convert(path: Path, settings: PolicySettings, shown_action: ShownAction = Sh
         net = network(mean, std, actor["params"])
     except CheckpointError as error:
         raise CheckpointError(f"{path}: {error}") from error
-    except Exception as error:  # of damaged bytes, the unpickler and what reads folders raise all there is
+    except Exception as error:  # damaged bytes make the unpickler and the folder reader raise arbitrary exceptions
         said = " ".join(str(error).split()) or type(error).__name__
         raise CheckpointError(
             f"{path} is not a Brax PPO checkpoint of this task (normaliser, policy, value): {said}"
@@ -148,10 +147,10 @@ def convert(path: Path, settings: PolicySettings, shown_action: ShownAction = Sh
 
 
 def _unpickled(content: bytes) -> Any:
-    """Return what a pickle holds.
+    """Return the content of a pickle.
 
-    Python's unpickler makes room for as many remembered objects as the largest index says; one damaged byte can ask for
-    tens of gigabytes.
+    Python's unpickler allocates as many memo entries as the largest index; one damaged byte could request tens of
+    gigabytes.
     """
     for opcode, argument, _ in pickletools.genops(content):
         if opcode.name.endswith("PUT") and argument is not None and argument > len(content):
@@ -160,7 +159,7 @@ def _unpickled(content: bytes) -> Any:
 
 
 def _files(path: Path) -> list[Path]:
-    """Return the files that make a checkpoint."""
+    """Return the files of a checkpoint."""
     if not path.is_dir():
         return [path]
     if not (path / "_METADATA").exists():
@@ -174,9 +173,9 @@ def _files(path: Path) -> list[Path]:
 
 
 def _folder(path: Path) -> tuple[Any, ...]:
-    """Return (normaliser, policy, value) of the folder that Orbax wrote for Brax's PPO or MuJoCo Playground.
+    """Return (normaliser, policy, value) of a folder that Orbax wrote for Brax's PPO or MuJoCo Playground.
 
-    Such a folder holds arrays and JSON; nothing in it is run.
+    Such a folder contains arrays and JSON; no code in it is run.
     """
     try:
         from brax.training.agents.ppo import checkpoint  # noqa: PLC0415 - a pickle is read without JAX
@@ -187,7 +186,7 @@ def _folder(path: Path) -> tuple[Any, ...]:
     if (path / NETWORK_CONFIG).exists():
         _check_network(read_json(path / NETWORK_CONFIG))
     with warnings.catch_warnings():
-        # Brax does not say where the arrays shall go; Orbax then asks the folder, and warns that other machines differ.
+        # Brax passes no sharding to Orbax, which then uses the folder's and warns about other machines.
         warnings.filterwarnings("ignore", "Sharding info not provided")
         return tuple(checkpoint.load(path.absolute()))
 
@@ -202,5 +201,5 @@ def _check_network(config: dict[str, Any]) -> None:
 
 
 def _state_part(statistics: Any) -> Any:
-    """Return the actor's part of the normaliser's statistics, which has one for the critic too."""
+    """Return the actor's part of the normaliser's statistics, which may include a part for the critic."""
     return statistics["state"] if isinstance(statistics, Mapping) else statistics

@@ -1,8 +1,8 @@
-"""The cube task for training in JAX: a batch of hands that restart by themselves, over native MuJoCo or MJX.
+"""Cube task for training in JAX: a batch of hands with automatic restart, over native MuJoCo or MJX.
 
-The solver starts cold each control period, so that both backends see exactly the same input and policies can be
-exchanged between them. Each restart draws one of the environment's prepared starts. Everything that changes is in
-`EnvironmentState`, a JAX pytree, so that a run can be saved and resumed to the bit.
+The solver starts cold each control period, so that both backends get identical input and policies can be exchanged
+between them. Each restart draws one of the environment's prepared starts. All mutable state is in `EnvironmentState`, a
+JAX pytree, so that a run can be saved and resumed bit for bit.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from train.task import (
 )
 
 Advance = Callable[[jax.Array, jax.Array], tuple[jax.Array, jax.Array]]
-"""(batch, state), (batch, steps, 7) controls -> (batch, state) at the end, (batch, steps, 43) sensors."""
+"""Map (batch, state) and controls (batch, steps, 7) to the final (batch, state) and sensors (batch, steps, 43)."""
 
 
 def native(simulator: Simulator) -> Advance:
-    """Return the period over native MuJoCo: JAX calls back into `mujoco.rollout`, in single precision at the border."""
+    """Return the step over native MuJoCo: JAX calls `mujoco.rollout`, with single precision at the interface."""
 
     def roll(states: jax.Array, controls: jax.Array) -> tuple[np.ndarray, np.ndarray]:
         last, sensors = simulator.advance(np.asarray(states, np.float64), np.asarray(controls, np.float64))
@@ -58,7 +58,7 @@ def native(simulator: Simulator) -> Advance:
 
 
 def over_mjx(model: mujoco.MjModel, draws: Draws | None = None) -> Advance:
-    """Return the period over MJX.
+    """Return the step over MJX.
 
     Args:
         model: a compiled `train.simulator`.
@@ -86,7 +86,7 @@ def over_mjx(model: mujoco.MjModel, draws: Draws | None = None) -> Advance:
 
 
 STARTS = 8
-"""Prepared starts of each environment."""
+"""Number of prepared starts per environment."""
 
 Starts = tuple[Array, Array]
 """States (batch, starts, state size) and sensors (batch, starts, 43)."""
@@ -99,7 +99,7 @@ def prepare_starts(
     count: int = STARTS,
     check: StopCheck = lambda: None,
 ) -> tuple[Floats, Floats]:
-    """Return states (batch, count, state size) and sensors (batch, count, 43) of starts, drawn for each environment.
+    """Return states (batch, count, state size) and sensors (batch, count, 43) of random starts per environment.
 
     `check` is called before each batch of physics.
     """
@@ -114,51 +114,51 @@ def prepare_starts(
 
 
 class Prices(NamedTuple):
-    """Weights of the reward that may change from update to update; both are negative."""
+    """Weights of the reward that may change between updates; both are negative."""
 
     fall: Array
-    """Of losing the cube."""
+    """Reward per second for losing the cube."""
     action_rate: Array
-    """Of the squared change of the action."""
+    """Weight of the squared change of the action."""
 
 
 class EnvironmentState(NamedTuple):
-    """Where a batch of environments stands."""
+    """State of a batch of environments."""
 
     states: Array
-    """Of the physics, (batch, state size)."""
+    """State of the physics, (batch, state size)."""
     episode: Episode
     observation: dict[str, Array]
-    """The actor's `state`, (batch, 14), and the critic's `privileged_state`, (batch, 81)."""
+    """Observations: the actor's `state`, (batch, 14), and the critic's `privileged_state`, (batch, 81)."""
     rate: Array
-    """Running mean of each hand's rate over its episodes, (batch,), rad/s."""
+    """Running mean of each hand's rotation rate over its episodes, (batch,), rad/s."""
     starts: Starts
     key: Array
 
 
 class EnvironmentStep(NamedTuple):
-    """What a control period gave, each (batch,)."""
+    """Result of a control period; each field is (batch,)."""
 
     reward: Array
     over: Array
-    """1 where the episode ended, else 0."""
+    """1 if the episode ended, else 0."""
     cut: Array
-    """1 where it ended by its length alone, else 0."""
+    """1 if the episode ended by its length alone, else 0."""
     rotation: Array
     """Mean angular velocity about the vertical, rad/s."""
     lost: Array
-    """1 where the cube was lost, else 0."""
+    """1 if the cube was lost, else 0."""
 
 
 class CubeEnvironment:
-    """A batch of cube tasks; its size is that of the starts and of the advance function's models."""
+    """Batch of cube tasks, sized by the starts and the models of the advance function."""
 
     def __init__(self, task: Task, advance: Advance, turning: TurningWeight | None = None) -> None:
-        """Make environments that move by `advance` and weight each hand's turning by `turning`."""
+        """Create environments that step by `advance` and weight each hand's rotation reward by `turning`."""
         self._task, self._advance, self._turning = task, advance, turning
 
     def begin(self, starts: Starts, key: Array, *, staggered: bool = False) -> EnvironmentState:
-        """Start every environment; `staggered` ones are of any age, so that not all episodes end at once."""
+        """Start every environment; `staggered` episodes get random ages, so that they do not all end at once."""
         states, sensors = (jnp.asarray(array, jnp.float32) for array in starts)
         key, draw, age = jax.random.split(key, 3)
         at, episode, observation = self._fresh((states, sensors), draw)
@@ -168,7 +168,7 @@ class CubeEnvironment:
         return EnvironmentState(at, episode, observation, jnp.zeros(len(states)), (states, sensors), key)
 
     def renew(self, standing: EnvironmentState, slots: Array, starts: Starts) -> EnvironmentState:
-        """Return the standing with new hands in `slots` (count,), which begin at `starts` of their own."""
+        """Return the state with new hands in `slots` (count,), started at `starts`."""
         key, draw = jax.random.split(standing.key)
         states, sensors = (
             old.at[slots].set(jnp.asarray(new, jnp.float32)) for old, new in zip(standing.starts, starts, strict=True)
@@ -182,7 +182,7 @@ class CubeEnvironment:
     def step(
         self, standing: EnvironmentState, action: Array, prices: Prices
     ) -> tuple[EnvironmentState, EnvironmentStep]:
-        """Advance every environment by one control period and restart those that ended."""
+        """Advance every environment by one control period and restart the ended episodes."""
         key, noise_key, start_key = jax.random.split(standing.key, 3)
         task = self._priced(standing.rate, prices)
         episode, controls = command(task, standing.episode, action)
@@ -211,14 +211,14 @@ class CubeEnvironment:
         return EnvironmentState(at, episode, observation, rate, standing.starts, key), step
 
     def _priced(self, rate: Array, prices: Prices) -> Task:
-        """Return the task with these prices, its turning weighted for hands of this running rate."""
+        """Return the task with these prices and the rotation weight for each hand's running rate."""
         weights = self._task.rewarded.weights
         rotation = weights.rotation if self._turning is None else weights.rotation * self._turning.of(rate)
         weights = replace(weights, fall=prices.fall, action_rate=prices.action_rate, rotation=rotation)
         return replace(self._task, rewarded=replace(self._task.rewarded, weights=weights))
 
     def _fresh(self, starts: Starts, key: Array) -> tuple[Array, Episode, dict[str, Array]]:
-        """Draw one of its starts for every environment: its state, episode and observation."""
+        """Draw one prepared start per environment; return its state, episode and observation."""
         batch, count = starts[0].shape[:2]
         which_key, actuation_key, noise_key = jax.random.split(key, 3)
         which = jax.random.randint(which_key, (batch,), 0, count)

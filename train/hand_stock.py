@@ -1,7 +1,7 @@
-"""The built hands of a stage, each with its cube; the oldest are replaced by new ones.
+"""Built hands of a stage, each with its cube; new hands replace the oldest.
 
-A hand has a number, and everything about it follows from the stage's seed and that number. New hands take the slots
-of the oldest in turn, so the count of redraws says which hands are there: a resumed run builds the same ones.
+The stage's seed and a hand's number determine everything about the hand. New hands take the slots of the oldest in
+turn, so the number of redraws determines the batch, and a resumed run rebuilds an identical one.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ from train.simulator import Floats, Simulator, StopCheck, build_scene, tip_geoms
 
 
 class StockedHand(NamedTuple):
-    """A built hand with its cube, ready for a batch."""
+    """Built hand with its cube, ready for a batch."""
 
     scene: CompiledHand
     correction: Floats
-    """By how much longer its channels are commanded, (7,), m, abduction rad."""
+    """Cable-length correction added to each command, (7,), m (abduction: rad)."""
 
 
 @dataclass(frozen=True)
 class HandStock:
-    """Where the hands of a stage come from."""
+    """Generator of a stage's hands."""
 
     stage: TrainingStage
     settings: PolicySettings
     seed: tuple[int, ...]
-    """Of the stage; hands of another seed are others."""
+    """Seed of the stage."""
     training: bool = True
-    """Whether cubes are nearer and from the tail as the stage says; those of hands that measure are drawn evenly."""
+    """Whether cubes follow the stage's reach and tail share; evaluation cubes are drawn without either."""
 
     def hand(self, number: int) -> StockedHand:
-        """Build the hand of this number."""
+        """Build the hand with this number."""
         rng = np.random.default_rng((*self.seed, number))
         unit = draw_healthy(rng) if self.stage.healthy else draw_hand(self.stage.hands, rng)
         cube = CUBE
@@ -59,7 +59,7 @@ class HandStock:
     def batch(
         self, numbers: Sequence[int], threads: int | None = None, check: StopCheck = lambda: None
     ) -> built.BuiltSimulator:
-        """Build the hands of these numbers as one batch."""
+        """Build the hands with these numbers as one batch."""
         made = []
         for number in numbers:
             check()
@@ -68,12 +68,12 @@ class HandStock:
 
 
 def present(count: int, new: int) -> list[int]:
-    """Return which numbers are in the `count` slots of a batch after `new` hands have come to the first ones."""
+    """Return the hand number of each of `count` slots after `new` arrivals, which fill the slots in turn."""
     return [slot + count * -(-(new - slot) // count) if new > slot else slot for slot in range(count)]
 
 
 def oldest(count: int, new: int, hands: int) -> list[int]:
-    """Return the slots that the next `hands` new ones take, after `new` have come."""
+    """Return the slots of the next `hands` arrivals (oldest first); `new` have arrived before."""
     return [(new + k) % count for k in range(hands)]
 
 
@@ -86,7 +86,7 @@ def hands_to_measure(
     threads: int | None,
     check: StopCheck = lambda: None,
 ) -> Simulator:
-    """Return `count` hands that follow from the seed; whoever asks for them closes the batch."""
+    """Return a batch of `count` evaluation hands drawn from the seed; the caller closes it."""
     if stage.built:
         return HandStock(stage, settings, seed, training=False).batch(range(count), threads, check)
     draws = draw_routed(stage, settings, np.random.default_rng(seed), count, stage.rows)
@@ -101,7 +101,7 @@ def draw_routed(
     count: int,
     rows: tuple[randomise.RandomRow, ...],
 ) -> randomise.Draws:
-    """Draw what is randomised of a stage's routed hands, their cubes included."""
+    """Draw the randomised fields of a stage's routed hands, cubes included."""
     limit, cubes = settings.torque_limit, None
     if stage.any_cube:
         cubes = randomise.cube_draws([build_scene(limit, any_cube(rng)).compile() for _ in range(count)])

@@ -1,6 +1,6 @@
-"""Which built hands a policy meets in training: a range for everything in which one hand differs from the next.
+"""Built hands for training: a uniform range for each property in which hands differ.
 
-The ranges span the default hand, the hand of the paper and the recorded one (`model/units`), with room on both sides.
+The ranges span the default hand, the paper's hand and the recorded one (`model/units`), with a margin on both sides.
 """
 
 from __future__ import annotations
@@ -22,78 +22,87 @@ Floats = NDArray[np.float64]
 
 
 def _per_joint(proximal: Floats, distal: Floats) -> Floats:
-    """Return a factor for every joint, (16,), from factors of the five digits' proximal and further joints."""
+    """Return a factor per joint, (16,), from factors of the five digits' proximal and further joints."""
     fingers = np.stack([proximal[:4], distal[:4], distal[:4]], axis=1).ravel()
     return np.concatenate([fingers, [1.0, proximal[4], distal[4], distal[4]]])
 
 
 DEFAULT, RECORDED = Unit(), load_unit("reference")
-"""Between these are the springs. The recorded hand's ring finger and pinky close at their far joints first, the default
-hand's at the near ones."""
+"""Ends of the spring range.
+
+The recorded hand's ring finger and pinky close at the far joints first, the default hand's at the near ones.
+"""
 
 
 @dataclass(frozen=True)
 class HandRanges:
-    """Uniform ranges; one draw a channel or joint unless said."""
+    """Uniform ranges; one draw per channel or joint unless noted."""
 
     finger_take_up: Bounds = (-0.001, 0.002)
-    """Cable to wind in before a finger moves, m; what a calibrated zero leaves of it."""
+    """Take-up of a finger's cable after zeroing, m."""
     cmc_take_up: Bounds = (-0.0025, 0.001)
-    """The same for the thumb's CMC cable, m."""
+    """Take-up of the thumb's CMC cable after zeroing, m."""
     flexor_take_up: Bounds = (-0.0015, 0.0005)
-    """The same for the thumb's flexor, m."""
+    """Take-up of the thumb's flexor cable after zeroing, m."""
     shaft_friction: Bounds = (0.001, 0.05)
     """Dry friction of gears and spool, N m at the shaft."""
     sheath_friction: Bounds = (0.2, 0.7)
-    """Dry friction of a cable in its sheaths as a share of its tension: the recorded hand's take 0.43 to 0.61 and
-    random units 0.37 to 0.70; that of hands without any is met on routed ones."""
+    """Dry friction of a cable in its sheaths, as a fraction of the tension.
+
+    The recorded hand has 0.43 to 0.61, random units 0.37 to 0.70; routed hands cover the case without friction.
+    """
     towards_recorded: Bounds = (0.0, 1.1)
-    """How far the springs go from the default hand's (0) to the recorded hand's (1), one draw."""
+    """Spring interpolation from the default hand (0) to the recorded hand (1), one draw."""
     digit_spring_factor: Bounds = (0.8, 1.25)
-    """On all springs of a digit besides, one draw a digit: the fingers of one hand differ by as much."""
+    """Additional spring factor of a digit, one draw per digit; fingers of one hand differ as much."""
     spring_factor: Bounds = (0.93, 1.07)
-    """On each spring besides, one draw for the proximal joint of a digit and one for those beyond it: which of them
-    closes first is for `towards_recorded` to say, so that a gait can be led from hand to hand."""
+    """Additional spring factor, one draw for a digit's proximal joint and one for its further joints.
+
+    Kept small so that `towards_recorded` alone decides which joint closes first, and a gait transfers between hands.
+    """
     joint_friction: Bounds = (0.0005, 0.006)
-    """N m"""
+    """Dry friction of a joint, N m."""
     joint_damping: Bounds = (0.001, 0.006)
-    """N m s/rad"""
+    """Viscous damping of a joint, N m s/rad."""
     abduction_winding: Bounds = (0.0, 0.006)
     """Winding radius of abduction on the thumb's cables, m/rad."""
     winding_scale: Bounds = (0.97, 1.03)
-    """Winding radii over those of CAD."""
+    """Ratio of the winding radii to the CAD values."""
     rotor_inertia: Bounds = (6.0e-4, 8.5e-4)
-    """kg m², one draw."""
+    """Rotor inertia at the shaft, kg m², one draw."""
     no_load_speed_counts: Bounds = (7370.0, 9580.0)
-    """Of the servos at full duty, counts/s, one draw; a back-EMF of 0.040 to 0.052 N m s/rad."""
+    """No-load speed of the servos at full duty, counts/s, one draw; equals a back-EMF of 0.040 to 0.052 N m s/rad."""
     supply_ratio: Bounds = (0.9, 1.1)
-    """One draw."""
+    """Ratio of the supply voltage to nominal, one draw."""
     tip_friction: Bounds = (0.2, 0.8)
-    """Friction of the fingertips, one draw; contact friction is the larger of the two geoms', the cube's is 0.3."""
+    """Fingertip friction, one draw; MuJoCo takes the larger of both geoms' frictions, and the cube has 0.3."""
     correction_error_m: float = 0.0005
-    """By how much the correction of a cable (`training_correction`) may be wrong, on both sides, m. An assumption: the
-    static error of a finger's servo alone is 0.3 mm of cable (docs/calibration.md)."""
+    """Half width of a cable correction's error (`training_correction`), m.
+
+    An assumption: the static error of a finger's servo alone is 0.3 mm of cable (docs/calibration.md).
+    """
 
 
 HANDS = HandRanges()
 UNNAMED_SEEDS = (2**32, 2**48)
-"""Seeds of healthy hands for training: commands take 32 bits, so no hand that a policy is measured on is among them."""
+"""Seed range of healthy hands for training; disjoint from the 32-bit seeds of commands, and so from evaluation hands.
+"""
 TIMESTEP_S = 0.005
-"""Step of the built hand in training, s; the emulated hand takes 2 ms."""
+"""Physics step of the built hand in training, s; the emulated hand uses 2 ms."""
 
 
 def in_training(unit: Unit) -> Unit:
-    """Return the same hand at training's step, with what it needs to hold a cube.
+    """Return the hand at training's physics step, with contacts for the cube.
 
-    Its supply does not sag: by less than 1 % at the loads of a grasp, where the drawn ratio has 10 %. Its sheaths rub
-    alike from closure to closure: the friction drawn for each hand spans more.
+    The supply does not sag: less than 1 % at grasp loads, against 10 % in the drawn ratio. Sheath friction is constant
+    between closures: the range drawn for each hand is wider.
     """
     hand = replace(unit.hand, contacts=True, timestep=TIMESTEP_S, supply_sag=0.0, cable_friction_spread=0.0)
     return replace(unit, hand=hand)
 
 
 def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
-    """Draw one hand with the recorded hand's servos; the friction of its fingertips is drawn with its scene."""
+    """Draw one hand with the recorded hand's servos; fingertip friction is drawn together with the scene."""
 
     def channels(span: Bounds) -> Floats:
         return rng.uniform(*span, len(Channel))
@@ -138,17 +147,17 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
 
 
 def draw_healthy(rng: np.random.Generator) -> Unit:
-    """Draw one hand of the healthy population, none of those that a command's `--seed` can name."""
+    """Draw a hand of the healthy population from a seed that no command's `--seed` can name."""
     return plausible_unit(int(rng.integers(*UNNAMED_SEEDS)))
 
 
 def training_correction(
     unit: Unit | None, settings: PolicySettings, rng: np.random.Generator, error_m: float = 0.0
 ) -> Floats:
-    """Return by how much longer each channel of a hand is commanded, (7,), m, abduction rad; typical when it is None.
+    """Return a hand's cable correction, (7,), m, abduction rad; without a unit, the typical one.
 
-    As a hand is before it runs a policy (`model.units.cable_correction`), at training's step; each cable is wrong by up
-    to `error_m`, uniform on both sides.
+    Computed as before running a policy (`model.units.cable_correction`), at training's physics step; each cable gets a
+    uniform error of at most `error_m`.
     """
     found = np.array(typical_correction() if unit is None else correction(in_training(unit), settings))
     found[list(CABLES)] += rng.uniform(-error_m, error_m, len(CABLES))

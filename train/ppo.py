@@ -1,7 +1,7 @@
 """Proximal policy optimisation: one control period of acting, one pass of learning. Brax's losses, Optax's Adam.
 
-Brax's own training loop is one compiled program that cannot be interrupted, saved or resumed; here Python stands
-between the control periods.
+Brax's own training loop is one compiled program that cannot be interrupted, saved or resumed. This one returns to
+Python between the control periods.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from train.recipe import Ramp, Recipe, TrainingStage
 from train.task import CRITIC_SIZE, Task
 
 AVERAGE_DECAY = 0.99
-"""Share that the moving average of the policy's weights keeps an update."""
+"""Fraction of the moving average of the policy's weights that is kept per update."""
 SIZES = {"state": OBSERVATION_SIZE, "privileged_state": CRITIC_SIZE}
 
 
 NetworkParameters = Any
-"""Brax's (normaliser, policy, value)."""
+"""Brax parameters (normaliser, policy, value)."""
 
 
 class Learner(NamedTuple):
-    """Everything that learning changes, a JAX pytree."""
+    """State of the learner, a JAX pytree."""
 
     normaliser: Any
     networks: PPONetworkParams
@@ -46,12 +46,12 @@ class Learner(NamedTuple):
 
     @property
     def parameters(self) -> NetworkParameters:
-        """What has been learned."""
+        """Learned parameters."""
         return self.normaliser, self.networks.policy, self.networks.value
 
     @property
     def averaged_parameters(self) -> NetworkParameters:
-        """The same with the moving average of the policy's weights."""
+        """Learned parameters with the averaged policy."""
         return self.normaliser, self.average, self.networks.value
 
 
@@ -68,7 +68,7 @@ def networks_of(recipe: Recipe) -> ppo_networks.PPONetworks:
 
 
 def untrained(networks: ppo_networks.PPONetworks, key: Array) -> tuple[Any, PPONetworkParams]:
-    """Return a normaliser that has seen nothing, and parameters that have learned nothing."""
+    """Return an empty normaliser and freshly initialised parameters."""
     policy_key, value_key = jax.random.split(key)
     sizes = {name: specs.Array((size,), jnp.dtype("float32")) for name, size in SIZES.items()}
     parameters = PPONetworkParams(networks.policy_network.init(policy_key), networks.value_network.init(value_key))
@@ -92,12 +92,12 @@ class Ppo:
         self.learn = jax.jit(self._learn)
 
     def begin(self, key: Array) -> Learner:
-        """Return a learner that has learned nothing."""
+        """Return an untrained learner."""
         normaliser, networks = untrained(self._networks, key)
         return Learner(normaliser, networks, networks.policy, self._optimiser.init(networks))
 
     def continued(self, learner: Learner) -> Learner:
-        """Return a learner of another stage at the beginning of this one."""
+        """Return the learner of another stage with fresh optimiser and average for this stage."""
         return learner._replace(average=learner.networks.policy, optimiser=self._optimiser.init(learner.networks))
 
     def _adam(self, rate: Ramp, which: int, frozen: int = 0) -> optax.GradientTransformation:
@@ -117,7 +117,7 @@ class Ppo:
     def _act(
         self, learner: Learner, standing: EnvironmentState, prices: Prices, key: Array
     ) -> tuple[EnvironmentState, Any]:
-        """Act for one control period in every environment, exploring; return what it gave as a transition, too."""
+        """Act with exploration for one control period in every environment; also return the transition."""
         distribution = self._networks.parametric_action_distribution
         logits = self._networks.policy_network.apply(learner.normaliser, learner.networks.policy, standing.observation)
         raw = distribution.sample_no_postprocessing(logits, key)
@@ -140,11 +140,11 @@ class Ppo:
         return after, (transition, step.rotation.mean(), step.lost.mean())
 
     def observe(self, learner: Learner, data: Transition) -> Learner:
-        """Take a batch (environments, steps, ...) into the normaliser's statistics."""
+        """Update the normaliser's statistics with a batch (environments, steps, ...)."""
         return learner._replace(normaliser=running_statistics.update(learner.normaliser, data.observation))
 
     def _learn(self, learner: Learner, data: Transition, key: Array, entropy_cost: Array) -> Learner:
-        """Pass once over a batch (environments, steps, ...)."""
+        """Train for one pass over a batch (environments, steps, ...)."""
         order_key, key = jax.random.split(key)
         minibatches = self._recipe.minibatches
         order = jax.random.permutation(order_key, self._recipe.environments)
@@ -170,7 +170,7 @@ class Ppo:
 
 
 def averaged(learner: Learner) -> Learner:
-    """Return the learner with its policy taken into the moving average."""
+    """Return the learner after adding its policy to the moving average."""
     average = jax.tree.map(
         lambda old, new: AVERAGE_DECAY * old + (1.0 - AVERAGE_DECAY) * new, learner.average, learner.networks.policy
     )
@@ -178,12 +178,12 @@ def averaged(learner: Learner) -> Learner:
 
 
 def batched(transitions: list[Transition]) -> Transition:
-    """Stack the transitions of an unroll, (environments, steps, ...)."""
+    """Stack the transitions of an unroll to (environments, steps, ...)."""
     return jax.tree.map(lambda *steps: jnp.stack(steps, axis=1), *transitions)
 
 
 def deployable(name: str, task: Task, parameters: NetworkParameters, provenance: Mapping[str, Any]) -> Policy:
-    """Return the deployable part of PPO parameters that were trained on `task`."""
+    """Return the deployable part of PPO parameters trained on `task`."""
     normaliser, actor, _ = parameters
     return Policy(
         name=name,

@@ -1,9 +1,9 @@
-"""Domain randomisation as data, drawn in NumPy for both backends: the paper's (table "dr"), and what servos add to it.
+"""Domain randomisation as data, drawn in NumPy for both backends: the paper's table "dr" and rows for servos.
 
-Link masses, zero offsets and the rest are independent for every element; the five fingertips share one friction and
-the cube's three moments one factor, as in the released routine. Cube friction and cube mass are not in the table:
-the released routine draws and then overwrites them, so the paper's policies never saw them vary. Cubes that differ in
-those, in size and in where their weight is come from `model.scene`, compiled.
+Link masses, zero offsets and most others are independent for every element; the five fingertips share one friction and
+the cube's three moments one factor, as in the released routine. Cube friction and cube mass are not in the table: the
+released routine draws and then overwrites both, so the paper's policies never saw them vary. Cubes with other friction,
+mass, size or centre of mass are compiled by `model.scene`.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from train.simulator import tip_geoms
 Rule = Literal["set", "shift", "scale"]
 Index = tuple[Any, ...]
 Draws = dict[str, NDArray[np.float64]]
-"""Model field to its values in every environment, (environments, *shape of the field)."""
+"""Model field to its values in all environments, (environments, *shape of the field)."""
 
 
 @dataclass(frozen=True)
 class RandomRow:
-    """One line of the table, for one model."""
+    """One row of the randomisation table, for one model."""
 
     name: str
-    """As in the paper."""
+    """Name in the paper."""
     rule: Rule
-    """What a draw does to the nominal value."""
+    """Effect of a draw on the nominal value."""
     low: float
     """Lower end of the uniform distribution."""
     high: float
-    """Upper end."""
+    """Upper end of the uniform distribution."""
     where: tuple[tuple[str, Index], ...]
-    """Model fields and the elements of them that the draw acts on; several fields get the same draw."""
+    """Model fields and their randomised elements; several fields share one draw."""
     shared: bool = False
-    """Whether all elements get one draw."""
+    """Whether all elements share one draw."""
 
 
 _MOTORS = np.arange(len(Channel))
@@ -51,7 +51,7 @@ SERVO_ROWS = (
     RandomRow("servo stiffness", "scale", 2.0, 4.0, _GAINS, shared=True),
     RandomRow("force behind the sheaths", "scale", 0.65, 1.0, _FORCES),
 )
-"""What is drawn besides for a routed hand behind servos.
+"""Additional rows for a routed hand behind servos.
 
 A servo's 0.0051 N m a count are 41 kN/m of cable, against 10 kN/m in the model. Friction in the sheaths of the
 recorded hand takes a force down to 1/1.54 of the servo's (unit `reference`).
@@ -59,11 +59,11 @@ recorded hand takes a force down to 1/1.54 of the servo's (unit `reference`).
 
 
 TIP_FRICTION = (0.5, 1.0)
-"""Range of the paper's; it leaves out the 0.2 of the model itself."""
+"""Friction range of the paper, which excludes the model's own 0.2."""
 
 
 def table(model: mujoco.MjModel) -> tuple[RandomRow, ...]:
-    """Return the paper's table with the elements of `model`, a compiled `train.simulator`."""
+    """Return the paper's table for the elements of `model`, a compiled `train.simulator`."""
     cube = model.body("cube").id
     joints = np.arange(len(Joint))
     links = np.array([body for body in range(model.nbody) if _is_link(model, body)])
@@ -84,11 +84,11 @@ CUBE_FIELDS = (
     "geom_size", "geom_rbound", "geom_aabb", "geom_friction",
     "body_mass", "body_subtreemass", "body_inertia", "body_ipos", "body_invweight0", "dof_invweight0", "dof_M0",
 )  # fmt: skip
-"""Model fields that a cube decides, on both backends."""
+"""Model fields that depend on the cube, on both backends."""
 
 
 def cube_draws(scenes: Sequence[mujoco.MjModel]) -> Draws:
-    """Return what the cubes of compiled scenes, one an environment, decide."""
+    """Return the cube-dependent fields of compiled scenes, one scene per environment."""
     return {field: np.stack([getattr(scene, field) for scene in scenes]) for field in CUBE_FIELDS}
 
 
@@ -99,7 +99,7 @@ def draw(
     rows: tuple[RandomRow, ...],
     cubes: Draws | None = None,
 ) -> Draws:
-    """Draw the fields that `rows` randomise for every environment, beginning with its own of `cubes`, if any."""
+    """Draw the fields of `rows` for every environment, starting from the environment's fields in `cubes`, if any."""
     fields: Draws = dict(cubes or {})
     for row in rows:
         nominal = getattr(model, row.where[0][0])[row.where[0][1]]
@@ -123,14 +123,14 @@ def models(model: mujoco.MjModel, draws: Draws) -> list[mujoco.MjModel]:
     for environment, one in enumerate(copies):
         for field, values in draws.items():
             getattr(one, field)[:] = values[environment]
-        one.body_sameframe[inertial] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # else `body_ipos` is not looked at
+        one.body_sameframe[inertial] = mujoco.mjtSameFrame.mjSAMEFRAME_NONE  # otherwise MuJoCo ignores `body_ipos`
         for body in inertial:
             _bound(one, body)
     return copies
 
 
 def _with_another_inertial(model: mujoco.MjModel, draws: Draws) -> NDArray[np.int_]:
-    """Return the bodies whose inertia or centre of mass is not the model's in some environment."""
+    """Return the bodies whose inertia or centre of mass differs from the model's in some environment."""
     drawn = np.zeros(model.nbody, bool)
     for field in draws.keys() & {"body_inertia", "body_ipos"}:
         drawn |= (draws[field] != getattr(model, field)).any(axis=(0, 2))
@@ -138,9 +138,10 @@ def _with_another_inertial(model: mujoco.MjModel, draws: Draws) -> NDArray[np.in
 
 
 def _bound(model: mujoco.MjModel, body: int) -> None:
-    """Put the box in which MuJoCo searches for contacts of a body of one geom where the geom is.
+    """Move the bounding box of a single-geom body to the geom, for MuJoCo's contact search.
 
-    The box is given from the centre of mass; left behind by a drawn one, contacts are missed up to 5 mm deep.
+    MuJoCo stores the box relative to the centre of mass; without the move, a drawn centre of mass hides contacts up to
+    5 mm deep.
     """
     (geom,) = np.flatnonzero(model.geom_bodyid == body)
     centre, half = np.split(model.geom_aabb[geom], 2)
@@ -148,5 +149,5 @@ def _bound(model: mujoco.MjModel, body: int) -> None:
 
 
 def _is_link(model: mujoco.MjModel, body: int) -> bool:
-    """Whether a body is the palm or a link of a digit: 21 in all."""
+    """Return whether a body is the palm or a link of a digit (21 in all)."""
     return model.body(body).name not in ("world", "mount", "cube")

@@ -1,6 +1,6 @@
-"""What a run leaves in its folder: where it stands, arrays, and the curve of its checkpoints.
+"""Files of a run's folder: state, arrays, learning curve.
 
-Resuming from it gives the weights that an unbroken run gives.
+A run resumed from this folder reaches the weights of an uninterrupted run.
 """
 
 from __future__ import annotations
@@ -22,32 +22,32 @@ from aero.whole_file import whole
 
 STATE, CURVE, PICTURE = "state.npz", "curve.csv", "curve.png"
 CHECKPOINTS = "checkpoints"
-"""Folder of every checkpoint's parameters."""
+"""Folder with the parameters of all checkpoints."""
 AVERAGE = "average_"
-"""Before the name of a checkpoint's moving average."""
+"""File name prefix of a checkpoint's moving average."""
 _STANDING = "standing"
 MEMORY_UPDATES = 20
-"""Updates of the networks that the running means look back on."""
+"""Memory of the running means, updates of the networks."""
 CONFIDENCE_Z = 1.96
-"""Two-sided 95 %."""
+"""Standard score of a two-sided 95 % interval."""
 
 
 class RunFolderError(ValueError):
-    """A folder does not hold the run that was asked for, or holds one that was not; the message says which."""
+    """The folder holds no run, or another run than the requested one."""
 
     exit_code = Exit.USAGE
 
 
 @dataclass(frozen=True)
 class Tendency:
-    """Running means of what the hands in training do, exploration included."""
+    """Running means over the hands in training, exploration included."""
 
     rate_rad_s: float = 0.0
-    """Mean angular velocity of the cubes."""
+    """Mean angular velocity of the cubes, rad/s."""
     hazard_per_s: float = 0.0
-    """Drops a second of one hand."""
+    """Drop rate of one hand, 1/s."""
     updates: int = 0
-    """How many updates are in the means."""
+    """Number of updates in the means."""
 
     def after(self, rate_rad_s: float, hazard_per_s: float) -> Tendency:
         """Return the means after one more update."""
@@ -61,39 +61,39 @@ class Tendency:
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a run stands, but for the arrays."""
+    """Scalar state of a run; the arrays are stored beside it."""
 
     recipe: str
     """Name of the recipe."""
     seed: int
-    """The run's seed."""
+    """Seed of the run."""
     attempt: int = 0
-    """The attempt that is running; a stuck run is begun again."""
+    """Index of the current attempt; a stuck run starts another attempt."""
     stage: int = 0
-    """The stage of the recipe that is running."""
+    """Index of the current stage in the recipe."""
     steps: int = 0
-    """Environment steps of that attempt."""
+    """Environment steps of the current attempt."""
     updates: int = 0
-    """Updates of the networks in that stage."""
+    """Updates of the networks in the current stage."""
     new_hands: int = 0
-    """Hands that have come in that stage."""
+    """Number of hands that have arrived in the current stage."""
     drop_price: float | None = None
-    """Price of a drop where it follows the drops."""
+    """Price of a drop if it adapts to the drop rate, else None."""
     tendency: Tendency = field(default_factory=Tendency)
-    """Running means of the hands in training."""
+    """Running means over the hands in training."""
     elapsed_s: float = 0.0
     """Wall time of all attempts, s."""
     resumes: int = 0
-    """How often the run was resumed."""
+    """Number of resumes."""
     best_rate_rad_s: float = 0.0
-    """Highest rate of the attempt's checkpoints."""
+    """Highest rate of the attempt's checkpoints, rad/s."""
     best_score: float | None = None
     """Score of the stage's best checkpoint."""
     measured_at: int = 0
     """Updates in the stage at the last checkpoint."""
 
     def in_stage(self, stage: int, drop_price: float | None) -> Standing:
-        """Return the standing at the beginning of a stage."""
+        """Return the state at the beginning of a stage."""
         return replace(
             self,
             stage=stage,
@@ -107,11 +107,11 @@ class Standing:
 
 
 LARGEST_BYTES = 2**32
-"""Largest size of a file of a run, unpacked, bytes."""
+"""Size limit of an unpacked file of a run, bytes."""
 
 
 def read_standing(folder: Path) -> Standing:
-    """Read where a run stands.
+    """Read the scalar state of a run.
 
     Raises:
         RunFolderError: there is no run in `folder`, or none that can be read.
@@ -129,7 +129,7 @@ def read_standing(folder: Path) -> Standing:
 
 
 def save_arrays(path: Path, tree: Any, standing: Standing | None = None) -> None:
-    """Write a pytree of arrays and where the run stands, if given; an interrupted write leaves the old file."""
+    """Write a pytree of arrays and the scalar state, if given; an interrupted write keeps the old file."""
     arrays = {f"{k:03d}": np.asarray(leaf) for k, leaf in enumerate(jax.tree.leaves(tree))}
     if standing is not None:
         arrays[_STANDING] = np.array(json.dumps(asdict(standing)))
@@ -138,7 +138,7 @@ def save_arrays(path: Path, tree: Any, standing: Standing | None = None) -> None
 
 
 def load_arrays(path: Path, template: Any) -> Any:
-    """Read what `save_arrays` wrote into the structure of `template`, a pytree of arrays or shapes.
+    """Read a file of `save_arrays` into the structure of `template`, a pytree of arrays or shapes.
 
     Raises:
         RunFolderError: the file holds other shapes, so it belongs to another recipe.
@@ -153,38 +153,38 @@ def load_arrays(path: Path, template: Any) -> Any:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """One point of the learning curve: the deterministic policy over a set of random starts."""
+    """Point of the learning curve: the deterministic policy from a set of random starts."""
 
     attempt: int
-    """Which attempt, 0 for the first; a stuck run is begun again."""
+    """Index of the attempt, 0 for the first."""
     steps: int
     """Environment steps of this attempt."""
     elapsed_s: float
-    """Wall time since the first attempt began, s."""
+    """Wall time since the start of the first attempt, s."""
     steps_per_s: float
-    """Environment steps of this attempt over that time."""
+    """Environment steps of this attempt per second of `elapsed_s`."""
     rotation_rad: float
     """Median rotation in an episode, rad."""
     rate_rad_s: float
     """Mean angular velocity, rad/s."""
     survival: float
-    """Share of episodes that kept the cube."""
+    """Fraction of episodes that kept the cube."""
     airborne: float
-    """Share of steps without contact."""
+    """Fraction of steps without contact."""
     score: float
-    """What the best checkpoint is chosen by."""
+    """Criterion that selects the best checkpoint."""
     average_rate_rad_s: float = nan
     """Mean angular velocity with the moving average of the weights, rad/s."""
     average_survival: float = nan
-    """Share of episodes that kept the cube with it."""
+    """Fraction of episodes that kept the cube with the averaged weights."""
     training_rate_rad_s: float = nan
-    """Running mean of the hands in training, exploration included, rad/s."""
+    """Running mean of the rate in training, exploration included, rad/s."""
     hazard_per_s: float = nan
-    """Running mean of their drops a second."""
+    """Running mean of the drop rate in training, 1/s."""
     drop_price: float = nan
     """Price of a drop."""
     rate_error_rad_s: float = nan
-    """Standard error of the rate: a checkpoint is measured on few hands."""
+    """Standard error of the rate, rad/s; large because each measurement uses few hands."""
 
     def __str__(self) -> str:
         return (
@@ -195,7 +195,7 @@ class Checkpoint:
 
 
 def append(folder: Path, point: Checkpoint) -> None:
-    """Add one point to the curve and redraw the picture."""
+    """Append one point to the curve and redraw the plot."""
     path = folder / CURVE
     new = not path.exists()
     with path.open("a", newline="") as file:
@@ -215,7 +215,7 @@ def read_curve(folder: Path) -> list[Checkpoint]:
 
 
 def _draw(points: list[Checkpoint], path: Path) -> None:
-    """Draw rate, with its interval of 95 %, and survival against environment steps, one line an attempt."""
+    """Draw rate (with 95 % interval) and survival over environment steps, one line per attempt."""
     figure = Figure(figsize=(7, 5), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
     for attempt in sorted({point.attempt for point in points}):

@@ -1,7 +1,7 @@
-"""Choose among the last checkpoints of a run, and the moving average of its weights, by what is asked for.
+"""Selection among the last checkpoints of a run and their moving average, by the recipe's goal.
 
-A checkpoint that was best on the hands it was chosen on is worse on others; so the choice is on hands that no
-checkpoint was measured on, and by a lower confidence bound.
+The best checkpoint on the hands of one measurement is worse on others. Selection therefore uses hands without earlier
+measurements and a lower confidence bound.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ from train.run_state import AVERAGE, CHECKPOINTS, RunFolderError, Standing, load
 from train.trainer import EPISODE_S
 
 CANDIDATES = 8
-"""Last checkpoints among which is chosen."""
+"""Number of last checkpoints that are compared."""
 HELD_OUT = 60
-"""Hands that each is measured on."""
+"""Number of hands per candidate."""
 HELD_OUT_SEED = 60_000
-"""Of these hands; no training has it."""
+"""Seed of the held-out hands; no training uses it."""
 FINALISTS = 2
-"""Candidates that are compared through the bytes."""
+"""Number of candidates that are compared through the bytes."""
 CHOICE_SEED = 61_000_000
-"""Seed of the first hand that they are compared on; final figures take others."""
+"""Seed of the first hand of the finalists' comparison; final figures use other seeds."""
 CHOICE = "choice.json"
 
 
 class Candidate(NamedTuple):
-    """A checkpoint that might be chosen."""
+    """Checkpoint considered by the selection."""
 
     name: str
     policy: Policy
     bound_rad_s: float
-    """Lower confidence bound of what a trial is worth (`Goal.bound`)."""
+    """Lower confidence bound of the value of a trial (`Goal.bound`)."""
 
 
 def choose(
@@ -103,7 +103,7 @@ def _through_bytes(recipe: Recipe, one: Candidate, hands: int, say: Callable[[st
 def ranked(
     recipe: Recipe, folder: Path, standing: Standing, *, threads: int | None, say: Callable[[str], None]
 ) -> list[Candidate]:
-    """Return the last checkpoints of a run's attempt and their average, the best first; see `choose`."""
+    """Return the last checkpoints of the current attempt and their average, best first; see `choose`."""
     stage = recipe.stages[standing.stage]
     task, settings = recipe.task_in(stage), recipe.task.settings
     paths = sorted((folder / CHECKPOINTS).glob(f"{standing.attempt}_*.npz"))[-CANDIDATES:]
@@ -112,7 +112,7 @@ def ranked(
     paths.append(paths[-1].with_name(AVERAGE + paths[-1].name))
     normaliser, networks = jax.eval_shape(lambda key: untrained(networks_of(recipe), key), jax.random.PRNGKey(0))
     template = (normaliser, networks.policy, networks.value)
-    of_training = load(folder / f"{recipe.name}.npz").provenance  # whatever program chooses
+    of_training = load(folder / f"{recipe.name}.npz").provenance  # kept whatever program selects
     found = []
     with hands_to_measure(stage, settings, (HELD_OUT_SEED, standing.seed), HELD_OUT, threads=threads) as hands:
         for path in paths:

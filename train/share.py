@@ -1,4 +1,4 @@
-"""So many of so many, and how sure that is."""
+"""Shares of a count, with confidence intervals."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Share:
-    """A count of a number, with the interval that holds the true share with a probability of `CONFIDENCE`."""
+    """Count out of a number, with an interval that holds the true share with probability `CONFIDENCE`."""
 
     count: int
     of: int
 
     @property
     def value(self) -> float:
-        """The share."""
+        """Return the share, 0 to 1."""
         return self.count / self.of
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Wilson's interval."""
+        """Return Wilson's interval, (low, high)."""
         found = binomtest(self.count, self.of).proportion_ci(CONFIDENCE, method="wilson")
         return float(found.low), float(found.high)
 

@@ -1,6 +1,6 @@
-"""The routed hand with the cube and all sensors of the task, and many hands at once in native MuJoCo.
+"""Routed hand with the cube and all sensors of the task, as a batch in native MuJoCo.
 
-`mujoco.rollout` steps them over all cores, one call a control period.
+`mujoco.rollout` steps the batch over all cores, one call per control period.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from train.task import STATE_POSITIONS, STATE_VELOCITIES
 
 Floats = NDArray[np.float64]
 StopCheck = Callable[[], None]
-"""Called between two batches of physics; what it raises ends the work."""
+"""Hook between two batches of physics; an exception from it ends the work."""
 STATE_KIND = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _POSITIONS = slice(1, 1 + STATE_POSITIONS)
 _VELOCITIES = slice(1 + STATE_POSITIONS, 1 + STATE_POSITIONS + STATE_VELOCITIES)
 
 FINGERTIPS = ("index_tip", "middle_tip", "ring_tip", "pinky_tip", "thumb_tip")
-"""Sites, in the order of the critic's state."""
+"""Fingertip sites, in the order of the critic's state."""
 CUBE_SENSORS = {
     "cube_position": mujoco.mjtSensor.mjSENS_FRAMEPOS,
     "cube_orientation": mujoco.mjtSensor.mjSENS_FRAMEQUAT,
@@ -39,7 +39,7 @@ CUBE_SENSORS = {
 
 
 def build_scene(torque_limit: float | None = None, cube: Cube = CUBE) -> mujoco.MjSpec:
-    """Return the right hand with the cube and every sensor of `train.task`, in that order.
+    """Return the right hand with the cube and every sensor of `train.task`, in the task's order.
 
     Args:
         torque_limit: share of the servos' stall torque that the actuators may use; None leaves them without a bound,
@@ -47,7 +47,7 @@ def build_scene(torque_limit: float | None = None, cube: Cube = CUBE) -> mujoco.
         cube: what is turned.
     """
     spec = build_routed("right")
-    # A simple body's inertia and centre of mass are fixed when it is compiled; `train.randomise` draws both later.
+    # MuJoCo fixes a simple body's inertia and centre of mass at compile time; `train.randomise` draws both later.
     add_cube(spec, cube).simple = 0
     if torque_limit is not None:
         for channel, force in zip(Channel, torque_limit * STALL_FORCE, strict=True):
@@ -58,7 +58,7 @@ def build_scene(torque_limit: float | None = None, cube: Cube = CUBE) -> mujoco.
 
 
 def add_sensors(spec: mujoco.MjSpec) -> None:
-    """Add the sensors of `train.task` behind the lengths: forces, fingertips and cube of any hand."""
+    """Add the sensors of `train.task` after the lengths: forces, fingertips and cube of any hand."""
     for channel in Channel:
         spec.add_sensor(
             name=f"{channel.label}_force",
@@ -87,21 +87,21 @@ def add_sensors(spec: mujoco.MjSpec) -> None:
 
 
 def tip_geoms(model: mujoco.MjModel) -> NDArray[np.int_]:
-    """Return the geoms of the fingertips that can touch something."""
+    """Return the fingertip geoms that can collide."""
     tips = np.array([model.site(tip).bodyid[0] for tip in FINGERTIPS])
     return np.flatnonzero(np.isin(model.geom_bodyid, tips) & (model.geom_contype != 0))
 
 
 class Simulator:
-    """A batch of training scenes, one model each, over a thread pool; remembers nothing of any episode.
+    """Batch of training scenes, one model each, over a thread pool; stateless between calls.
 
     Use it as a context manager. A state is (time, positions (23), velocities (22)).
     """
 
     def __init__(self, models: Sequence[mujoco.MjModel], threads: int | None = None) -> None:
-        """Make a batch of `len(models)` scenes on `threads` threads (default: all cores)."""
+        """Create a batch of `len(models)` scenes on `threads` threads (default: all cores)."""
         self.models = list(models)
-        """The scenes' models."""
+        """Models of the scenes."""
         self.state_size = mujoco.mj_stateSize(self.models[0], STATE_KIND)
         threads = threads or os.cpu_count() or 1
         self._data = [mujoco.MjData(self.models[0]) for _ in range(threads)]

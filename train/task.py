@@ -1,8 +1,9 @@
-"""The cube task, from where an episode starts to its reward, as pure functions over NumPy or JAX arrays.
+"""Cube task from the start of an episode to its reward, as pure functions over NumPy or JAX arrays.
 
-In order: the start, what is sensed, the reward term by term and the end of an episode (paper eq. (reward)), and an
-episode without its physics. One copy for every backend: `train.environment` runs it in JAX over native MuJoCo or MJX,
-`train.evaluation` in NumPy. What deployment shares with training (observation, action) is in `aero.policy.task`.
+In order: the start, the sensors, the reward terms and the end of an episode (paper eq. (reward)), and an episode
+without its physics. All backends share this module: `train.environment` runs it in JAX over native MuJoCo or MJX,
+`train.evaluation` in NumPy. The parts common to training and deployment (observation, action) are in
+`aero.policy.task`.
 
 Sources of the start: paper section "Domain randomisation" (last paragraph); the grasp's joint angles and the centre of
 the cube's draws from the released environment `AeroCubeRotateZAxis`.
@@ -46,14 +47,14 @@ STATE_VELOCITIES = len(Joint) + 6
 
 @dataclass(frozen=True)
 class ResetRanges:
-    """How far a start may lie from the nominal grasp."""
+    """Spread of the starts around the nominal grasp."""
 
     joint_std_rad: float = 0.1
     """Standard deviation of each joint angle; the draw is clipped to the joint box."""
     cube_offset_m: float = 0.01
     """Half width of the uniform cube offset along each axis."""
     random_orientation: bool = True
-    """Whether the cube's orientation is uniform over SO(3); upright otherwise."""
+    """Whether the cube's orientation is uniform over SO(3); otherwise upright."""
 
 
 PAPER_RESET = ResetRanges()
@@ -109,12 +110,12 @@ _SLICES = {name: slice(a, b) for name, (a, b) in zip(SENSOR_SIZES, pairwise(_EDG
 _TO_COMMAND_ORDER = np.argsort(OBSERVATION_ORDER)
 
 GRASP_REFERENCE = np.array([0.11, 0.0, 0.0])
-"""Where the critic measures the cube's position error from: the grasp site of the released model, world frame, m."""
+"""Origin of the critic's cube position error: the grasp site of the released model, world frame, m."""
 CRITIC_SIZE = 81
 
 
 class Signals(NamedTuple):
-    """One step's signals; leading axes are free. Sensors lag the state by one physics step, as the released task's."""
+    """Signals of one step; leading axes are free. Sensors lag the state by one physics step, as in the released task."""
 
     lengths: Array
     """Channel values, (..., 7) in command order, m, abduction rad."""
@@ -123,19 +124,19 @@ class Signals(NamedTuple):
     fingertips: Array
     """Fingertip positions in the palm's frame, thumb last, (..., 15), m."""
     cube_position: Array
-    """World frame, (..., 3), m."""
+    """Position in the world frame, (..., 3), m."""
     cube_orientation: Array
     """Unit quaternion w x y z, (..., 4)."""
     cube_linear_velocity: Array
-    """World frame, (..., 3), m/s."""
+    """Linear velocity in the world frame, (..., 3), m/s."""
     cube_angular_velocity: Array
-    """World frame, (..., 3), rad/s."""
+    """Angular velocity in the world frame, (..., 3), rad/s."""
     cube_contacts: Array
-    """How many contacts the cube has, (..., 1)."""
+    """Number of contacts of the cube, (..., 1)."""
 
 
 def unpack(sensors: Array) -> Signals:
-    """Name the parts of sensor vectors (..., 43)."""
+    """Split sensor vectors (..., 43) into named signals."""
     blocks = {name: sensors[..., part] for name, part in _SLICES.items()}
     return Signals(**blocks | {"lengths": blocks["lengths"][..., _TO_COMMAND_ORDER]})
 
@@ -171,43 +172,45 @@ def critic_state(observation: Array, positions: Array, velocities: Array, signal
 
 
 HELD_RAD = 0.1
-"""How far the thumb's abduction may stand beyond what it was sent in the last two periods and still hold, rad; less
-than half of what the guard allows (0.26, 15 % of its window)."""
+"""Tolerance of the thumb abduction beyond its targets of the last two periods, rad; above it the thumb is pushed.
+
+Less than half of the guard's threshold (0.26 rad, 15 % of the abduction window).
+"""
 
 Each = float | Array
-"""A number for all environments, or one for each, (batch,)."""
+"""One number for all environments, or one per environment, (batch,)."""
 
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the reward's terms; the defaults are the paper's."""
+    """Weights of the reward terms; the defaults are the paper's."""
 
     rotation: Each = 1.0
-    """Of the cube's angular velocity about the vertical, mean over the control period, s/rad."""
+    """Weight of the cube's angular velocity about the vertical, mean over the control period, s/rad."""
     fall: Each = -100.0
-    """Of losing the cube."""
+    """Weight of losing the cube."""
     action_rate: Each = -1.0
-    """Of the squared change of the action."""
+    """Weight of the squared change of the action."""
     cube_speed: Each = 0.0
-    """Of the cube's squared linear speed, mean over the control period, s²/m²."""
+    """Weight of the cube's squared linear speed, mean over the control period, s²/m²."""
     pushed: Each = 0.0
-    """Of how far the thumb's abduction is pushed away beyond `HELD_RAD`, 1/rad; not a term of the paper's."""
+    """Weight of the thumb abduction's deflection beyond `HELD_RAD`, 1/rad; not in the paper."""
     pose: Each = 0.0
-    """Of the squared distance of the joints from the nominal grasp, 1/rad²."""
+    """Weight of the squared joint distance from the nominal grasp, 1/rad²."""
     effort: Each = 0.0
-    """Of the squared actuator forces, 1/N²."""
+    """Weight of the squared actuator forces, 1/N²."""
     energy: Each = 0.0
-    """Of the power that the actuators exchange with the hand, absolute, 1/W."""
+    """Weight of the absolute power between actuators and hand, 1/W."""
 
 
 @dataclass(frozen=True)
 class RewardSettings:
-    """What is rewarded."""
+    """Settings of the reward."""
 
     weights: Weights = Weights()
-    """Of the terms."""
+    """Weights of the reward terms."""
     rotation_cap_rad_s: float = inf
-    """Rotation faster than this earns no more; the paper has no cap."""
+    """Saturation of the rewarded rotation rate, rad/s; the paper has none."""
 
 
 PAPER_REWARD = RewardSettings()
@@ -215,41 +218,41 @@ PAPER_REWARD = RewardSettings()
 
 @dataclass(frozen=True)
 class TurningWeight:
-    """How much a hand's turning counts, by the running mean of its rate.
+    """Weight of the rotation reward by the running mean of a hand's rate.
 
-    A hand that turns fast enough earns little by turning faster, so that the gait need not risk the cube for it; a slow
-    one earns more, so that the hands at the slow end are not given up.
+    A fast hand earns little by more speed, so the gait need not risk the cube; a slow hand earns more, so that training
+    does not neglect it.
     """
 
     memory_steps: int = 400
-    """Control steps that the running mean of the rate looks back on."""
+    """Memory of the running mean of the rate, control steps."""
     enough_rad_s: float = 0.9
-    """Rate from which more speed earns the least."""
+    """Rate above which the weight is `least`, rad/s."""
     fading_rad_s: float = 0.4
-    """Width below it over which the weight falls to that."""
+    """Width below `enough_rad_s` over which the weight falls, rad/s."""
     least: float = 0.1
-    """Weight of turning that is fast enough."""
+    """Weight of a sufficiently fast rotation."""
     slow_rad_s: tuple[float, float] = (0.6, 0.2)
-    """Numerator and offset of the weight of slow turning, numerator / (offset + rate)."""
+    """Numerator and offset of the weight for slow rotation, numerator / (offset + rate)."""
     slow_bounds: tuple[float, float] = (0.4, 2.0)
-    """Lowest and highest weight of slow turning."""
+    """Lowest and highest weight for slow rotation."""
 
     def of(self, rate_rad_s: Array) -> Array:
         """Return the weight for running means of the rate, (...)."""
         xp = namespace(rate_rad_s)
         numerator, offset = self.slow_rad_s
         fast = xp.clip((self.enough_rad_s - rate_rad_s) / self.fading_rad_s, self.least, 1.0)
-        # A cube that is turned back has no slower weight than one that lies still, and never a negative one.
+        # Backward rotation is weighted like a resting cube; the weight never becomes negative.
         slow = xp.clip(numerator / (offset + xp.maximum(rate_rad_s, 0.0)), *self.slow_bounds)
         return fast * slow
 
 
 HARDLY_RAD_S = 0.1
-"""Rate below which a hand hardly turns the cube: a turn takes more than a minute."""
+"""Threshold of the rate, rad/s; below it the hand counts as not turning the cube (over a minute per turn)."""
 
 
 def fallen(cube_height: Array) -> Array:
-    """Return whether the cube is lost, given the height of its centre (m, world frame)."""
+    """Return whether the cube is lost, from the height of its centre (m, world frame)."""
     return cube_height < LOST_HEIGHT_M
 
 
@@ -305,24 +308,24 @@ PHYSICS_STEP_S = 0.010
 
 @dataclass(frozen=True)
 class Task:
-    """The whole task; the defaults are the paper's.
+    """Definition of the task; the defaults are the paper's.
 
     Raises:
         ValueError: a control period that is not a whole number of physics steps, or actuation out of range.
     """
 
     settings: PolicySettings = PAPER_TRAINING
-    """Nominal grasp, scales, noise, rate."""
+    """Nominal grasp, scales, noise and rate."""
     shown_action: ShownAction = ShownAction.LAST
-    """Which action the observation shows."""
+    """Action that the observation shows."""
     rewarded: RewardSettings = PAPER_REWARD
-    """What is rewarded."""
+    """Reward settings."""
     reset: ResetRanges = PAPER_RESET
-    """Where episodes start."""
+    """Spread of the episode starts."""
     actuation: ActuationRanges = IDEAL
-    """What the hand does to commands and readings."""
+    """Actuation between commands, cables and readings."""
     episode_steps: int = 500
-    """Control steps after which an episode is cut off."""
+    """Control steps until an episode is truncated."""
 
     def __post_init__(self) -> None:
         if abs(self.substeps * PHYSICS_STEP_S - self.settings.period_s) > 1e-9:
@@ -331,12 +334,12 @@ class Task:
 
     @property
     def substeps(self) -> int:
-        """Physics steps a control period."""
+        """Number of physics steps per control period."""
         return round(self.settings.period_s / PHYSICS_STEP_S)
 
 
 class Episode(NamedTuple):
-    """What an episode remembers besides its physics; leading axes are free."""
+    """State of an episode outside its physics; leading axes are free."""
 
     memory: ActionMemory
     parameters: Parameters
@@ -344,25 +347,25 @@ class Episode(NamedTuple):
     lengths: Array
     """Simulated channel values at the end of the last period, (..., 7)."""
     periods: Array
-    """Control periods that have passed, (...)."""
+    """Number of elapsed control periods, (...)."""
 
 
 class EpisodeOutcome(NamedTuple):
-    """What a control period gave; leading axes as in the episode."""
+    """Result of a control period; leading axes as in the episode."""
 
     observation: Array
-    """(..., 14)"""
+    """Actor's observation, (..., 14)."""
     critic: Array
-    """(..., 81)"""
+    """Critic's privileged state, (..., 81)."""
     reward: Array
     lost: Array
     """Whether the cube has fallen, bool."""
     terms: dict[str, Array]
-    """The reward's terms before weighting."""
+    """Reward terms before weighting."""
 
 
 def begin(task: Task, sensors: Array, uniform: Array) -> Episode:
-    """Start episodes with the servos at rest on the nominal targets.
+    """Start episodes with the servos at rest at the nominal targets.
 
     Args:
         task: the task.
@@ -380,7 +383,7 @@ def begin(task: Task, sensors: Array, uniform: Array) -> Episode:
 
 
 def command(task: Task, episode: Episode, action: Array) -> tuple[Episode, Array]:
-    """Turn an action (..., 7) into the controls of the period's physics steps, (..., substeps, 7)."""
+    """Convert an action (..., 7) to the controls of the period's physics steps, (..., substeps, 7)."""
     nominal, scale = np.array(task.settings.nominal), np.array(task.settings.scale)
     servo, controls = actuation.drive(
         episode.servo,
@@ -404,7 +407,7 @@ def observed(task: Task, episode: Episode, noise: Array) -> Array:
 def finish(
     task: Task, episode: Episode, sensors: Array, *, positions: Array, velocities: Array, noise: Array
 ) -> tuple[Episode, EpisodeOutcome]:
-    """Close a control period.
+    """Finish a control period: return the updated episode and the period's outcome.
 
     Args:
         task: the task.

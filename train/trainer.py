@@ -1,4 +1,4 @@
-"""A training run: the stages of a recipe one after another, saved so that no ending loses what was done."""
+"""Training run: the stages of a recipe in order, saved so that no ending loses progress."""
 
 from __future__ import annotations
 
@@ -48,22 +48,22 @@ from train.run_state import (
 from train.simulator import Simulator, StopCheck, build_scene
 from train.task import SENSOR_COUNT
 
-# A callback into MuJoCo would wait for the thread that it blocks. Holds only if set before JAX makes its CPU client.
+# A callback into MuJoCo would wait for the thread that it blocks. Effective only before JAX creates its CPU client.
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 Backend = Literal["native", "mjx"]
 STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Signals that end a run."""
+"""Signals that end a run gracefully."""
 EPISODE_S = 15.0
-"""Length of the episodes that a checkpoint is measured over, as the paper's figures."""
+"""Episode length of a checkpoint's measurement, s; as for the paper's figures."""
 EPOCH_STEPS = 20_000
-"""Environment steps, rounded to whole updates, after which the run's state is written and reported."""
+"""Environment steps, rounded to whole updates, between two saves and reports of the run's state."""
 _TRAINED, _MEASURED, _NETWORKS, _ENVIRONMENT, _UPDATES, _RENEWED = range(6)
-"""Streams of random numbers of a stage."""
+"""Random streams of a stage."""
 
 
 class StopReason(Enum):
-    """Why a run ended."""
+    """Reason for the end of a run."""
 
     DONE = "the recipe is done"
     TIME = "the time is over"
@@ -71,7 +71,7 @@ class StopReason(Enum):
 
 
 class _StoppedError(Exception):
-    """The run is to end, between two batches of physics."""
+    """Request to end the run, raised between two batches of physics."""
 
     def __init__(self, ending: StopReason) -> None:
         super().__init__(ending.value)
@@ -79,21 +79,21 @@ class _StoppedError(Exception):
 
 
 class TrainingEnd(NamedTuple):
-    """How a run ended, and what it left."""
+    """Result of a training run: stop reason and final state."""
 
     ending: StopReason
     standing: Standing
     by_signal: int | None = None
-    """Number of the signal that stopped it."""
+    """Number of the signal that stopped the run, or None."""
 
 
 def machine_backend() -> Backend:
-    """Return `mjx` where JAX finds a GPU, else `native`."""
+    """Return `mjx` if JAX finds a GPU, else `native`."""
     return "mjx" if jax.default_backend() == "gpu" else "native"
 
 
 def accelerated() -> bool:
-    """Return whether JAX finds anything faster than the CPU."""
+    """Return whether JAX finds a device faster than the CPU."""
     return bool(jax.default_backend() != "cpu")
 
 
@@ -110,7 +110,7 @@ def train(
     provenance: Mapping[str, Any] | None = None,
     say: Callable[[str], None] = lambda _: None,
 ) -> TrainingEnd:
-    """Train until the recipe's steps or the time are over, or a signal comes; nothing that was done is lost.
+    """Train until the recipe's steps or the time run out, or a signal arrives; no ending loses progress.
 
     The folder gets the curve, the parameters of every checkpoint, the best one of the stage as `<name>.npz`, and the
     state, from which a resumed run reaches the same weights as one that was never interrupted.
@@ -150,7 +150,7 @@ def train(
             training.go(resume)
         except _StoppedError as stopped:
             ending = stopped.ending
-        finally:  # what was reached is saved, whatever the ending
+        finally:  # save the progress, whatever the ending
             training.keep()
     return TrainingEnd(ending, training.standing, signals[0] if signals else None)
 
@@ -169,7 +169,7 @@ def _standing(recipe: Recipe, seed: int, folder: Path, resume: bool) -> Standing
 
 
 class Reached(NamedTuple):
-    """What learning and acting have come to, a JAX pytree."""
+    """Learner and environments at one update, a JAX pytree."""
 
     learner: Learner
     environment: EnvironmentState
@@ -177,7 +177,7 @@ class Reached(NamedTuple):
 
 @dataclass
 class _TrainingRun:
-    """A run in progress. What has been reached changes only between two updates of the networks."""
+    """Run in progress; its state changes only between two updates of the networks."""
 
     recipe: Recipe
     backend: Backend
@@ -188,14 +188,14 @@ class _TrainingRun:
     check: StopCheck
     standing: Standing
     parameters: Path | None = None
-    """Of a checkpoint, to begin with."""
+    """Checkpoint with the initial parameters, or None."""
     reached: Reached | None = None
 
     def __post_init__(self) -> None:
         self._started = time.monotonic() - self.standing.elapsed_s
 
     def go(self, resume: bool) -> None:
-        """Go through what is left of the stages, and begin again with another seed where a run is stuck."""
+        """Train the remaining stages; restart with another seed if the run is stuck."""
         while True:
             for index in range(self.standing.stage, len(self.recipe.stages)):
                 if self._finish_stage(index, resume):
@@ -205,13 +205,13 @@ class _TrainingRun:
                 return
 
     def keep(self) -> None:
-        """Write what has been reached."""
+        """Write the current state to the run's folder."""
         self.standing = replace(self.standing, elapsed_s=time.monotonic() - self._started)
         if self.reached is not None:
             save_arrays(self.folder / STATE, self.reached, self.standing)
 
     def _finish_stage(self, index: int, resume: bool) -> bool:
-        """Train to the end of a stage; return whether the run is stuck and has been set back."""
+        """Train to the end of a stage; return whether the run was stuck and has been reset."""
         standing = self.standing
         with StageRun(self, index, (standing.seed, standing.attempt, index)) as prepared:
             if resume:
@@ -227,7 +227,7 @@ class _TrainingRun:
             return self._learn(prepared, reached)
 
     def _learn(self, prepared: StageRun, reached: Reached) -> bool:
-        """Update until the stage is done; return whether the run is stuck and has been set back."""
+        """Update until the stage is done; return whether the run was stuck and has been reset."""
         epoch = max(1, round(EPOCH_STEPS / prepared.batch))
         checkpoint = max(1, round(self.recipe.checkpoint_steps / prepared.batch))
         last, last_steps = time.monotonic(), self.standing.steps
@@ -236,7 +236,8 @@ class _TrainingRun:
         while True:
             updates = self.standing.updates
             done = updates * prepared.batch >= prepared.stage.steps
-            # Asked before an update and not after, so that a run that was ended while it measured does it again.
+            # Measure before an update, not after, so that a run interrupted during a measurement repeats it on
+            # resuming.
             if updates > self.standing.measured_at and (done or updates % checkpoint == 0):
                 self._checkpoint(prepared, self.reached.learner)
                 if self._stuck():
@@ -250,13 +251,13 @@ class _TrainingRun:
                 steps_per_s = (steps - last_steps) / (now - last)
                 last, last_steps, left_s = now, steps, None
                 if paced is None:
-                    paced = now, steps  # XLA compiles in a stage's first epoch, which says nothing of the next
+                    paced = now, steps  # the first epoch of a stage includes XLA's compilation
                 else:
                     left_s = max(0, self.recipe.steps - steps) * (now - paced[0]) / (steps - paced[1])
                 self.say(epoch_line(prepared.stage.name, self.standing, steps_per_s, left_s))
 
     def _checkpoint(self, prepared: StageRun, learner: Learner) -> None:
-        """Keep the parameters, measure them and their average, and write the best as the policy."""
+        """Save the parameters, measure them and their average, and write the best as the policy."""
         standing, recipe = self.standing, self.recipe
         name = f"{standing.attempt}_{standing.steps:010d}.npz"
         save_arrays(self.folder / CHECKPOINTS / name, learner.parameters)
@@ -306,7 +307,7 @@ class _TrainingRun:
         self.say(str(point))
 
     def _stuck(self) -> bool:
-        """Return whether the attempt holds the cube still, and set the run back to the beginning of the next if so."""
+        """Return whether the attempt does not turn the cube; if so, reset the run to the start of the next attempt."""
         standing, recipe = self.standing, self.recipe
         if standing.steps < recipe.stuck_steps or standing.best_rate_rad_s >= recipe.stuck_rate_rad_s:
             return False
@@ -316,7 +317,7 @@ class _TrainingRun:
 
 
 def epoch_line(stage: str, standing: Standing, steps_per_s: float, left_s: float | None) -> str:
-    """Return what the hands in training did lately, exploration included; costs nothing to know."""
+    """Return the report line of an epoch, from running means of training (exploration included)."""
     tendency = standing.tendency
     kept = exp(-EPISODE_S * tendency.hazard_per_s)
     price = "" if standing.drop_price is None else f" at {standing.drop_price:3.0f}"
@@ -328,13 +329,13 @@ def epoch_line(stage: str, standing: Standing, steps_per_s: float, left_s: float
 
 
 class StageRun:
-    """A stage made ready: its hands, its environment, its networks, the hands that measure. A context manager."""
+    """Context manager that builds one stage: training hands, environment, networks, evaluation hands."""
 
     def __init__(self, run: _TrainingRun, index: int, seed: tuple[int, ...]) -> None:
         self._recipe, self._threads, self._check, self._seed = run.recipe, run.threads, run.check, seed
         self.stage = stage = run.recipe.stages[index]
         self.batch = run.recipe.environments * stage.unroll
-        """Environment steps an update."""
+        """Environment steps per update."""
         self._task, settings = run.recipe.task_in(stage), run.recipe.task.settings
         self._kept = ExitStack()
         with ExitStack() as opened:
@@ -355,7 +356,7 @@ class StageRun:
         self._kept.close()
 
     def begin(self, before: Learner | None) -> Reached:
-        """Return a learner that continues from the stage before, if any, and environments at their start."""
+        """Return environments at their start and a learner, continued from the stage before if there is one."""
         fresh = self._ppo.begin(self._key(_NETWORKS))
         rng = np.random.default_rng((*self._seed, _ENVIRONMENT))
         starts = prepare_starts(self._task, self._simulator, rng, check=self._check)
@@ -378,7 +379,7 @@ class StageRun:
         return Reached(jax.eval_shape(self._ppo.begin, key), jax.eval_shape(self._begin, (states, sensors), key))
 
     def fill(self, new_hands: int) -> None:
-        """Put the hands into the batch that are there after `new_hands` have come."""
+        """Build the hands that are in the batch after `new_hands` arrivals."""
         numbers = present(self._recipe.environments, new_hands)
         self._put([slot for slot, number in enumerate(numbers) if number != slot], numbers)
 
@@ -425,16 +426,16 @@ class StageRun:
         return standing, Reached(averaged(learner), environment)
 
     def policy(self, parameters: NetworkParameters, provenance: Mapping[str, Any]) -> Policy:
-        """Return parameters as a policy."""
+        """Return the parameters as a deployable policy."""
         return deployable(self._recipe.name, self._task, parameters, provenance)
 
     def measure(self, policy: Policy) -> Mapping[str, float]:
-        """Run an episode on each hand that the stage's checkpoints are measured on."""
+        """Run an episode on each evaluation hand of the stage; return the summary figures."""
         episodes = rollouts.run(policy, self._task, self._measured, EPISODE_S, seed=self._seed[0], check=self._check)
         return episodes.summary()
 
     def _renewed(self, environment: EnvironmentState, new_hands: int, hands: int) -> EnvironmentState:
-        """Replace the oldest `hands` after `new_hands` have come, and let the new ones begin."""
+        """Replace the oldest `hands` after `new_hands` arrivals and start the new ones."""
         count = self._recipe.environments
         slots = oldest(count, new_hands, hands)
         self._put(slots, present(count, new_hands + hands))
@@ -450,7 +451,7 @@ class StageRun:
             self._simulator.replace(slot, *self._stock.hand(numbers[slot]))
 
     def _hands(self, backend: Backend, opened: ExitStack) -> tuple[Any, Advance]:
-        """Return the hands to train on, and how they move."""
+        """Return the training hands and the function that advances them."""
         count, stage = self._recipe.environments, self.stage
         if stage.built:
             batch: Simulator = opened.enter_context(self._stock.batch(range(count), self._threads, self._check))

@@ -1,7 +1,6 @@
 """Compute the typical correction of the cables from healthy hands: `python -m train.typical_correction`.
 
-It writes the file that ships beside the policy's weights; the left hand is the right one's reflection and needs the
-same.
+Writes the file that ships beside the policy's weights. The left hand mirrors the right and needs the same correction.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit
 
 SEEDS = range(700_000, 700_200)
-"""Which hands; none of them is one that an evaluation names."""
+"""Seeds of the hands; no evaluation uses them."""
 
 
 def corrections_of(seeds: range, settings: PolicySettings) -> NDArray[np.float64]:
@@ -33,7 +32,7 @@ def corrections_of(seeds: range, settings: PolicySettings) -> NDArray[np.float64
 
 
 def as_toml(rows: NDArray[np.float64]) -> str:
-    """Return the text of the file for corrections (hands, 7): mean and spread of each channel."""
+    """Return the file's text for corrections (hands, 7): mean and standard deviation of each channel."""
     lines = [
         "# Made by `python -m train.typical_correction`",
         f"# from plausible:{SEEDS[0]} to plausible:{SEEDS[-1]} (model/units/plausible.py), at the nominal grasp of",

@@ -1,4 +1,4 @@
-"""What computes for one program: worker processes that end with it, or a Dask cluster; and handing out the work."""
+"""Worker processes that end with the program, Dask clusters, and distribution of work to both."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from aero.exit_code import Exit
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 PLAIN, ENCRYPTED = {"tcp", "ws"}, {"tls", "wss"}
-"""Schemes of Dask's addresses."""
+"""URL schemes of Dask's addresses."""
 ATTEMPTS = 3
-"""Times that workers may die without one trial coming to its end."""
+"""Limit of worker deaths in a row without a finished trial; at it the work is aborted."""
 
 
 def usable_cores() -> int:
-    """Return the number of cores that this process may use."""
+    """Return the number of cores available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager
 def worker_processes(count: int) -> Iterator[Executor]:
-    """Yield workers in fresh processes: MuJoCo does not survive a fork.
+    """Yield an executor over fresh processes, because MuJoCo does not survive a fork.
 
-    Leaving the block ends them at once, whatever they are doing: after Ctrl-C nobody waits for what is thrown away.
+    Leaving the block kills the workers at once, even busy ones, so that Ctrl-C does not wait for discarded results.
     """
     others = set(active_children())
     executor = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=leave_interrupts_to_the_parent)
@@ -46,16 +46,16 @@ def worker_processes(count: int) -> Iterator[Executor]:
 
 
 def leave_interrupts_to_the_parent() -> None:
-    """Ignore Ctrl-C, which the program that started this worker answers, and end with that program."""
+    """Ignore Ctrl-C, which the parent process handles, and end with the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_the_parent()
 
 
 def end_with_the_parent() -> None:
-    """End this worker as soon as the program that started it has ended.
+    """Exit this worker as soon as its parent process has ended.
 
-    A worker waits for work on a pipe that it holds open itself, so it would never learn that a killed program, or one
-    that was interrupted twice, sends no more.
+    A worker waits on a pipe whose write end it keeps open too, so it would never notice that the parent was killed or
+    interrupted twice.
     """
     if (parent := parent_process()) is not None:
         threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
@@ -67,7 +67,7 @@ def _end_with(sentinel: int) -> None:
 
 
 class NoSchedulerError(ValueError):
-    """No Dask scheduler can be used at an address; the message says why."""
+    """No usable Dask scheduler at an address; the message gives the reason."""
 
     exit_code = Exit.USAGE
 
@@ -106,7 +106,7 @@ def _on_this_machine(host: str) -> bool:
 
 @contextmanager
 def cluster(scheduler: str) -> Iterator[Executor]:
-    """Yield the workers of a Dask cluster, which restarts a trial whose worker has died.
+    """Yield an executor over a Dask cluster, which restarts trials of dead workers.
 
     Raises:
         NoSchedulerError: no scheduler answers at that address.

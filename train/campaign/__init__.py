@@ -1,1 +1,1 @@
-"""Campaigns: many hands, healthy and faulty, each validated once; what they say about the checks themselves."""
+"""Campaigns: one validation each of many hands, healthy and faulty, as evidence about the checks."""

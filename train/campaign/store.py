@@ -1,4 +1,4 @@
-"""The embedded store of a campaign: one DuckDB file that other tools can query.
+"""Embedded store of a campaign: one DuckDB file that other tools can query.
 
 `trials` has a row for each run, `numbers` one for each number that it measured. An outcome is written in one
 transaction, so a program that is killed leaves whole outcomes and nothing else.
@@ -28,18 +28,18 @@ CREATE TABLE IF NOT EXISTS numbers (
 );
 """
 _PLAIN = ("failed", "stopped", "ended", "wall_s", "hand_s", "commit")
-"""Fields of an outcome that are columns as they are."""
+"""Fields of an outcome that are stored unchanged as columns."""
 _COLUMNS = ", ".join(("key", "trial", "suspects", *_PLAIN))
 
 
 class StoreError(ValueError):
-    """There is no campaign to read, another program writes to it, or its file is damaged; the message says which."""
+    """Campaign missing, locked by another program, or damaged; the message gives the cause."""
 
     exit_code = Exit.USAGE
 
 
 class Store:
-    """Outcomes on disk; one program writes at a time.
+    """Outcomes on disk, for one writing program at a time.
 
     Raises:
         StoreError: on reading, the file is damaged.
@@ -53,7 +53,7 @@ class Store:
             self._keys = {key for (key,) in connection.execute("SELECT key FROM trials").fetchall()}
 
     def add(self, outcome: Outcome) -> None:
-        """Keep an outcome; one that is there already stays as it is."""
+        """Store an outcome; one that is already stored stays unchanged."""
         if outcome.trial.key in self._keys:
             return
         key = outcome.trial.key
@@ -80,7 +80,7 @@ class Store:
         self._keys.add(key)
 
     def require_commit(self, commit: str) -> None:
-        """See that all outcomes are of one commit of this project, since another measures other numbers.
+        """Check that all outcomes have this commit, because other commits measure other numbers.
 
         Raises:
             StoreError: some are of another.
@@ -93,11 +93,11 @@ class Store:
             )
 
     def keys(self) -> frozenset[str]:
-        """Return the keys of all trials that are done."""
+        """Return the keys of all finished trials."""
         return frozenset(self._keys)
 
     def outcomes(self) -> Iterator[Outcome]:
-        """Return everything, in the order in which it came."""
+        """Return all outcomes in the order of storage."""
         with _read(self._path):
             yield from self._outcomes()
 
@@ -121,7 +121,7 @@ INTERRUPTED = "Query interrupted"
 
 @contextmanager
 def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
-    """Open the store in a folder, which is made when it is not there.
+    """Open the store in a folder, which is created if missing.
 
     Raises:
         StoreError: there is none to read, another program writes to it, or the file is none or damaged.
@@ -150,7 +150,7 @@ def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
 
 @contextmanager
 def _interruptible() -> Iterator[None]:
-    """Turn the error that DuckDB makes of Ctrl-C in a query into Python's."""
+    """Convert DuckDB's error after Ctrl-C in a query to KeyboardInterrupt."""
     try:
         yield
     except RuntimeError as error:
@@ -161,7 +161,7 @@ def _interruptible() -> Iterator[None]:
 
 @contextmanager
 def _read(path: Path) -> Iterator[None]:
-    """Around DuckDB: what it or its content refuses is one error that names the file."""
+    """Convert errors of DuckDB and of stored content to a StoreError that names the file."""
     try:
         yield
     except (duckdb.Error, LookupError, TypeError, AttributeError, ValueError, RecursionError, MemoryError) as error:
@@ -169,10 +169,10 @@ def _read(path: Path) -> Iterator[None]:
 
 
 def _line(error: BaseException) -> str:
-    """Return the first line of what DuckDB says, which may go on with a trace of its own."""
+    """Return the first line of a DuckDB error, which can include a trace."""
     return str(error).partition("\n")[0]
 
 
 def missing(trials: Iterable[Trial], done: frozenset[str]) -> list[Trial]:
-    """Return the trials that are not done, each once, in their order."""
+    """Return the unfinished trials in order, without duplicates."""
     return list({trial.key: trial for trial in trials if trial.key not in done}.values())

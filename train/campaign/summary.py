@@ -1,4 +1,4 @@
-"""What a campaign says about the checks: which hands they flag, from which severity on, and what is said of them."""
+"""Summary of a campaign: flagged hands, detection by severity, suspected parts."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ NOT_FIRED = "FaultNeverFiredError"
 
 @dataclass(frozen=True)
 class Detection:
-    """One fault in one severity on several hands."""
+    """Detection of one fault at one severity on several hands."""
 
     name: str
     severity: float
     unit: str
     found: Share
     checks: tuple[tuple[str, int], ...]
-    """`experiment/metric` and in how many hands it failed, the most first."""
+    """Failed `experiment/metric` with its number of hands, most frequent first."""
     located: int
-    """Hands, of those found, that suspect the part at fault first."""
+    """Number of detected hands whose first suspect is the faulty part."""
 
 
 def flagged(outcome: Outcome) -> bool:
@@ -40,21 +40,21 @@ def flagged(outcome: Outcome) -> bool:
 
 
 def judged(outcome: Outcome) -> dict[Key, float | None]:
-    """Return the excesses of a trial by the present limits of its hand."""
+    """Return the excesses of a trial over the present limits of its hand."""
     trial = outcome.trial
     limits = load_limits(trial.firmware, guarded=trial.guarded)
     return excesses(_numbers(outcome), limits)
 
 
 def _numbers(outcome: Outcome) -> Mapping[str, Measured]:
-    """Return what was measured, and how the channels compare as the present program compares them."""
+    """Return the stored numbers, with the comparison of channels recomputed by the present program."""
     return {**outcome.numbers, ALIKE.name: ALIKE.measure(outcome.numbers)}
 
 
 def told(outcome: Outcome) -> tuple[str, ...]:
-    """Return the leading suspects of a flagged hand, as `Outcome.suspects` has them, judged anew.
+    """Return the leading suspects of a flagged hand in the format of `Outcome.suspects`, diagnosed anew.
 
-    A run that an error ended has those that it was given then: its error is not stored.
+    For a run that ended with an error, the stored suspects are returned, because the error itself is not stored.
     """
     trial = outcome.trial
     if outcome.ended:
@@ -65,7 +65,10 @@ def told(outcome: Outcome) -> tuple[str, ...]:
 
 
 def right_part(fault: Injection, suspects: Collection[str]) -> bool:
-    """Return whether the part at fault is among suspects; of a channel its servo or its digit, which no run splits."""
+    """Return whether the suspects include the faulty part.
+
+    A channel's servo and digit count as one part, since no run can separate them.
+    """
     if fault.channel is not None and any(suspect.endswith(f"/{fault.channel.label}") for suspect in suspects):
         return True
     return not {part.name for part in fault.parts}.isdisjoint(suspects)
@@ -104,7 +107,7 @@ def _detection(name: str, severity: float, group: Sequence[Outcome]) -> Detectio
 
 
 def false_alarms(outcomes: Iterable[Outcome]) -> tuple[Share, dict[str, int]]:
-    """Return how many healthy hands are flagged, and how often each check, `experiment/metric/subject`, did it."""
+    """Return the share of flagged healthy hands and the alarm count of each check, `experiment/metric/subject`."""
     healthy = [outcome for outcome in outcomes if not outcome.trial.faults]
     by_check: dict[str, int] = defaultdict(int)
     for outcome in healthy:
@@ -115,13 +118,13 @@ def false_alarms(outcomes: Iterable[Outcome]) -> tuple[Share, dict[str, int]]:
 
 
 def _rank(name: str, severity: float) -> float:
-    """Return how severe a severity of a fault is; for some faults less is worse."""
+    """Return the rank of a severity from mild to severe; for some faults, smaller numbers are more severe."""
     steps = CATALOGUE[name].steps()
     return severity if steps[-1] >= steps[0] else -severity
 
 
 def render_campaign(outcomes: Sequence[Outcome]) -> str:
-    """Return the page about a campaign; it loads nothing from anywhere."""
+    """Return the HTML page of a campaign, without external resources."""
     healthy = [outcome for outcome in outcomes if not outcome.trial.faults]
     alarms, by_check = false_alarms(outcomes) if healthy else (None, {})
     rows = detections(outcomes)

@@ -1,4 +1,4 @@
-"""One run of a campaign: an emulated hand, healthy or not, goes through the experiments and leaves its numbers."""
+"""Run of a campaign: one emulated hand, healthy or faulty, through the experiments to its numbers."""
 
 from __future__ import annotations
 
@@ -30,35 +30,35 @@ from model.units.plausible import PLAUSIBLE
 
 @dataclass(frozen=True, order=True)
 class Trial:
-    """What is run: everything that the numbers depend on."""
+    """Definition of a run: all inputs that its numbers depend on."""
 
     unit: str
-    """As `open_target` takes it, mostly `plausible:SEED`."""
+    """Unit name for `open_target`, mostly `plausible:SEED`."""
     side: Side = "right"
     firmware: str = DEFAULT_FIRMWARE
-    """As declared; on the board too, unless a fault puts another there."""
+    """Declared version; also the board's, unless a fault installs another."""
     seed: int = 0
-    """Of the noise and of the faults."""
+    """Seed of the noise and of the faults."""
     homed: bool = True
     guarded: bool = False
-    """Whether the driver guards it, as it does every physical hand: it is then weaker at its stops."""
+    """Whether the driver guards the hand, as for physical hands; a guarded hand is weaker at its stops."""
     faults: tuple[str, ...] = ()
-    """As `hil.faults` writes them; none for a healthy hand."""
+    """Fault texts in the format of `hil.faults`; empty for a healthy hand."""
     experiments: tuple[str, ...] = DEFAULT
     conditions: tuple[str, ...] = ()
-    """Kinds of condition, none of them a fault, that it is found under, drawn from `seed`."""
+    """Kinds of (healthy) initial conditions, drawn from `seed`."""
     stop_early: bool = False
-    """Whether it ends with the first experiment that fails a check, for then the hand is out of limits for certain."""
+    """Whether the run ends at the first experiment with a failed check, which decides the verdict."""
 
     @classmethod
     def of(cls, table: Mapping[str, Any]) -> Self:
-        """Return the trial that `dataclasses.asdict` and JSON made a table of."""
+        """Return the trial of a table that `dataclasses.asdict` and JSON produced."""
         lists = {name: tuple(value) for name, value in table.items() if isinstance(value, list)}
         return cls(**{**table, **lists})
 
     @property
     def key(self) -> str:
-        """Name the trial; two trials with one key are the same."""
+        """Return the identifying text of the trial; equal keys mean equal trials."""
         zeros = ("homed" if self.homed else "ideal") + (", guarded" if self.guarded else "")
         found = [f"under {' + '.join(self.conditions)}"] if self.conditions else []
         found += ["stops early"] if self.stop_early else []
@@ -70,7 +70,7 @@ STOPPED_EARLY = "A check failed, which decides the verdict; the other experiment
 
 
 class _DecidedError(Exception):
-    """A hand is out of limits, whatever the other experiments would say."""
+    """Hand is out of limits, so the other experiments cannot change the verdict."""
 
     def __init__(self, so_far: Validation) -> None:
         super().__init__(STOPPED_EARLY)
@@ -79,24 +79,24 @@ class _DecidedError(Exception):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a trial."""
+    """Result of a trial."""
 
     trial: Trial
     numbers: Mapping[str, Mapping[str, Mapping[str, float]]]
-    """Experiment to subject to metric to value, of every experiment that ended."""
+    """Numbers by experiment, subject and metric, for every completed experiment."""
     failed: tuple[str, ...]
-    """Checks that failed, `experiment/metric/subject`."""
+    """Failed checks, `experiment/metric/subject`."""
     stopped: str
-    """What kept the rest from running; empty when all ran."""
+    """Reason the run was cut short; empty if it completed."""
     ended: str
-    """Name of the error that did; empty when there was none."""
+    """Name of the error that ended the run, or ""."""
     wall_s: float
     hand_s: float
     """Hand time of the recordings, s."""
     commit: str = ""
-    """Of this project's source."""
+    """Commit of this project's source."""
     suspects: tuple[str, ...] = ()
-    """Leading suspects of the diagnosis, `PART` or `PART/channel`; none when nothing is wrong."""
+    """Leading suspects of the diagnosis, `PART` or `PART/channel`; empty for a healthy result."""
 
 
 def perform(trial: Trial) -> Outcome:
@@ -152,13 +152,13 @@ def perform(trial: Trial) -> Outcome:
 
 
 def written(suspect: Suspect) -> str:
-    """Return a suspect as an outcome has it: `PART` or `PART/channel`."""
+    """Return a suspect in the format of an outcome: `PART` or `PART/channel`."""
     return suspect.part.name if suspect.channel is None else f"{suspect.part.name}/{suspect.channel.label}"
 
 
 SIDES: tuple[Side, ...] = get_args(Side)
 USUAL_FIRMWARE = (DEFAULT_FIRMWARE, "0.1.5")
-"""What is found on hands: the newest, and the newest without its shifted windows."""
+"""Usual firmware: the newest version, and the newest without shifted windows."""
 
 
 def healthy_hands(
@@ -169,7 +169,7 @@ def healthy_hands(
     *,
     sides: Sequence[Side] = SIDES,
 ) -> list[Trial]:
-    """Return trials of healthy hands with seeds from `first` on; what is given in several kinds takes turns.
+    """Return trials of healthy hands with seeds counted up from `first`; multiple kinds alternate.
 
     Args:
         first: the first seed.
@@ -189,11 +189,10 @@ def healthy_hands(
 def faulty_hands(
     faults: Sequence[str], first: int, hands: int, firmware: Sequence[str] = USUAL_FIRMWARE
 ) -> list[Trial]:
-    """Return a trial of each fault on each of `hands` hands of its own, with seeds from `first` on.
+    """Return a trial of each fault on each of `hands` fresh hands, with seeds counted up from `first`.
 
-    A text that holds several faults, with commas between, puts all of them into one hand.
-
-    They are not guarded: a guard ends a run that would tell more. Nor are they under any condition.
+    A text with several faults, separated by commas, injects all of them into one hand. The hands are unguarded, because
+    a guard would end a run early, and have no initial conditions.
     """
     every = healthy_hands(first, hands * len(faults), firmware, ())
     return [
@@ -203,6 +202,6 @@ def faulty_hands(
 
 
 def _other(declared: str, fault: str, firmware: Sequence[str]) -> str:
-    """Return a version to declare; a board that runs what was declared has no fault."""
+    """Return a version to declare that differs from the injected one, because equal versions are no fault."""
     same = any(parse_fault(part).name == f"{RUNS}{declared}" for part in fault.split(","))
     return next((version for version in firmware if version != declared), declared) if same else declared

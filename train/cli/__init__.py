@@ -1,4 +1,4 @@
-"""The commands that make data and policies; `aero-hil` finds them through the entry point `train`."""
+"""Commands that make data and policies; `aero-hil` finds this table through the entry point `train`."""
 
 from __future__ import annotations
 

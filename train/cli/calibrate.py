@@ -1,4 +1,4 @@
-"""`aero-hil calibrate`: a unit file for the hand on the bench, from recordings of it."""
+"""`aero-hil calibrate`: fit of a unit file to recordings of a physical hand."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ COMMAND, HAND, MODEL = "#777777", "#1f4e9c", "#c0392b"
 """Colours: grey, blue, red."""
 
 OPEN = " *"
-"""Mark of an interval that the recordings leave open."""
+"""Mark of an interval that the recordings do not constrain."""
 
 
 @click.command("calibrate")
@@ -85,7 +85,7 @@ def calibrate_command(
     stopped = result.found.interrupted
     fitted_to = f"Fitted to {len(recordings)} recordings"
     if stopped is not None:
-        # Beside the unit that a fit before this one may have written.
+        # An earlier complete fit may exist at `out`; do not overwrite it.
         fitted_to = f"UNFINISHED, stopped before its end: {fitted_to}"
         out = out.with_name(f"{out.stem}.unfinished.toml")
     found = replace(result.unit, unfinished=stopped is not None)
@@ -121,7 +121,7 @@ def _print(console: Console, result: Calibration) -> None:
 
 
 def _fitted(result: Calibration) -> dict[str, list[str]]:
-    """Return value, interval and unit of each fitted number by name; entries that were fitted as one are one row."""
+    """Return value, interval and unit of each fitted number by name; jointly fitted entries share a row."""
     found = {}
     values = numbers(result.unit)
     for name, (low, high) in result.intervals.items():
@@ -139,7 +139,7 @@ def _fitted(result: Calibration) -> dict[str, list[str]]:
 
 
 def trace_svg(trace: Trace, prediction: ReplayedTrace) -> str:
-    """Draw seven channels: command grey and dashed, recorded hand blue with dots, prediction red; currents below."""
+    """Draw seven channels: command dashed grey, recording dotted blue, prediction red; currents in the right column."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(11.0, 15.0), layout="constrained")
         axes = figure.subplots(len(Channel), 2, sharex=True)

@@ -1,4 +1,4 @@
-"""`aero-hil campaign`: many emulated hands, healthy and faulty, each validated once."""
+"""`aero-hil campaign`: one validation each of many emulated hands, healthy and faulty."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, h
 from train.workers import check_address, cluster, conduct, usable_cores, worker_processes
 
 MOST = 1_000_000
-"""Hands of one kind in a campaign, more than any machine validates."""
+"""Limit of hands of one kind in a campaign."""
 
 
 Workers = Callable[[], AbstractContextManager[Executor]]
-"""Yields what runs trials; called again when it has died."""
+"""Factory of executors for trials; called again after the workers have died."""
 
 
 def execution_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command with the options that say where trials run, which it takes as `workers`."""
+    """Add the options for workers to a command, which receives them as `workers`."""
 
     @click.option(
         "--workers", type=click.IntRange(1, 1000), help="Processes on this machine; one for each core if not given."
@@ -50,7 +50,7 @@ def execution_options(command: Callable[..., None]) -> Callable[..., None]:
     def chosen(*, workers: int | None, scheduler: str | None, **others: Any) -> None:
         found: Workers = partial(worker_processes, workers or usable_cores())
         if scheduler is not None:
-            with usage_errors():  # before anything is made
+            with usage_errors():  # before any output is created
                 check_address(scheduler)
             found = partial(cluster, scheduler)
         command(workers=found, **others)
@@ -112,12 +112,12 @@ def campaign(
     with opening as store:
         try:
             run_trials(console, trials, store, workers, folder)
-        finally:  # also of a campaign that was interrupted
+        finally:  # also after an interruption
             _summarise(console, folder, list(store.outcomes()))
 
 
 def run_trials(console: Console, trials: Sequence[Trial], store: Store, workers: Workers, folder: Path) -> None:
-    """Run the trials that a store lacks, and store each outcome as it comes.
+    """Run the trials that are missing from the store, and store each outcome at once.
 
     Args:
         console: for progress.
@@ -148,7 +148,7 @@ def run_trials(console: Console, trials: Sequence[Trial], store: Store, workers:
 
 
 def _summarise(console: Console, folder: Path, outcomes: Sequence[Outcome]) -> None:
-    """Write the page and print how many hands were flagged."""
+    """Write the report page and print the number of flagged hands."""
     if not outcomes:
         return
     page = folder / "campaign.html"
@@ -163,7 +163,7 @@ def _summarise(console: Console, folder: Path, outcomes: Sequence[Outcome]) -> N
 
 
 def _written(faults: tuple[str, ...]) -> list[str]:
-    """Return faults as they are written, `all` for the whole catalogue.
+    """Return the fault texts, with `all` expanded to the whole catalogue.
 
     Raises:
         ValueError: an unknown or impossible fault, or several that cannot be combined.

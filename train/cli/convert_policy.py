@@ -1,4 +1,4 @@
-"""`aero-hil convert-policy`: a Brax or MuJoCo Playground checkpoint becomes a policy file."""
+"""`aero-hil convert-policy`: conversion of a Brax or MuJoCo Playground checkpoint to a policy file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`aero-hil evaluate`: will this policy survive the hand?"""
+"""`aero-hil evaluate`: survival and rotation rate of a policy on emulated hands."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from train.evaluation.trials import CORRECTIONS, Case, figures, load_deployments
 
 ON = ("simulation", "hands")
 FRESH_SEEDS = 2**31
-"""A seed that is not given is drawn below it."""
+"""Upper bound of a random seed."""
 MOST = 1_000_000
-"""Episodes or hands that one may ask for."""
+"""Limit of episodes or hands per call."""
 WIDTH = 120
-"""Columns where no terminal says how many there are."""
+"""Table width without a terminal, columns."""
 FIGURES = {
     "survival": ("keeps", "{:.0%}"),
     "rate_rad_s": ("rad/s", "{:.2f}"),
@@ -50,10 +50,12 @@ FIGURES = {
     "held_50_s": ("held 50 s", "{:.0%}"),
     "held_200_s": ("held 200 s", "{:.0%}"),
 }
-"""Heading and format of each figure: share that keeps the cube, rate, median rotation, share above 0.1 rad/s, steps
-without contact, samples with nothing within 0.5 mm of the cube, commanded
-travel of a finger, share of trials that something ended, current of the motor that draws most, mean and peak, share
-that still held the cube after a time."""
+"""Heading and format of each figure, in the order of the table.
+
+Survival, rate, median rotation, share above 0.1 rad/s, steps without contact, samples with nothing within 0.5 mm of the
+cube, commanded travel of a finger, share of trials with an early end, mean and peak current of the motor with the
+highest current, survival after a time.
+"""
 SCALE = {"finger_travel_m_s": 1e3}
 
 
@@ -151,7 +153,7 @@ def evaluate(
                 )
             if cases:
                 run_trials(policy, cases, made, show)
-    finally:  # what had ended is written, whatever the ending
+    finally:  # write finished trials, whatever the ending
         if made:
             results["hands"] = {row: figures(done) for row, done in made.items()}
         report = {"policy": policy.name, "seed": seed, "results": results}
@@ -165,7 +167,7 @@ def evaluate(
 
 
 def _check_fit(policy: Policy, backends: Sequence[str], cases: Sequence[Case]) -> None:
-    """Refuse what a policy that people bring cannot be run with.
+    """Raise for a policy of the user's that does not fit the simulator or the cube task.
 
     Raises:
         ValueError: the simulator, or settings of the cube task.
@@ -177,7 +179,7 @@ def _check_fit(policy: Policy, backends: Sequence[str], cases: Sequence[Case]) -
 
 
 def print_figures(console: Console, title: str, rows: Mapping[str, Mapping[str, float]]) -> None:
-    """Print a row a condition, a column a figure, with its interval of 95 % where it has one."""
+    """Print one row per condition and one column per figure, with its 95 % interval if known."""
     shown = {key: column for key, column in FIGURES.items() if any(key in row for row in rows.values())}
     heads = [head for head, _ in shown.values()]
     cells = {name: [_cell(row, key, form) for key, (_, form) in shown.items()] for name, row in rows.items()}

@@ -1,4 +1,4 @@
-"""`aero-hil limits make`: draw the population of healthy hands, validate it, and compute the limits from it."""
+"""`aero-hil limits make`: population of healthy hands, their validation, and the limits computed from both."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def make(*, out: Path, data: Path | None, workers: Workers) -> None:
 
 
 def provenance_text(outcomes: Sequence[Outcome], flagged: int, judged: int) -> str:
-    """Return which hands a table of limits was made from, as TOML."""
+    """Return the origin of a table of limits (hands, commit, seeds) as TOML."""
     seeds = [outcome.trial.seed for outcome in outcomes]
     table = {
         "command": COMMAND,

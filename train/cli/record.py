@@ -1,4 +1,4 @@
-"""`aero-hil record`: excite a hand and record what calibration needs."""
+"""`aero-hil record`: excitation of a hand, recorded for calibration."""
 
 from __future__ import annotations
 

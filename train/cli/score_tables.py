@@ -1,4 +1,4 @@
-"""The last tables of `aero-hil calibrate`: how well a unit predicts recordings."""
+"""Final tables of `aero-hil calibrate`: prediction errors of a unit on recordings."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from train.identification.replay_score import Errors, ReplayScore
 
 
 class Quantity(NamedTuple):
-    """What is compared, and how it is printed."""
+    """Compared quantity with its print format."""
 
     unit: str
     field: str
     """Attribute of `Errors`."""
     digits: int
     scale: float = 1.0
-    """Printed unit per unit of the field."""
+    """Ratio of the printed unit to the field's unit."""
 
 
 QUANTITIES = (Quantity("counts", "counts", 1), Quantity("mA", "currents_a", 0, 1e3), Quantity("°C", "warming_c", 1))
@@ -30,7 +30,7 @@ TITLE = "Rms of position, current and warming"
 
 
 def score_tables(result: ReplayScore) -> tuple[Table, Table]:
-    """Return the errors by channel and by recording; each fits 60 columns."""
+    """Return the errors by channel and by recording, each at most 60 columns wide."""
     channels = Table("Channel", title=f"{TITLE}, all recordings (hand itself)", box=SIMPLE_HEAD, pad_edge=False)
     recordings = Table("Recording", title=f"{TITLE}, all channels", box=SIMPLE_HEAD)
     for table, quantity in product((channels, recordings), QUANTITIES):
@@ -44,7 +44,7 @@ def score_tables(result: ReplayScore) -> tuple[Table, Table]:
 
 
 def _cells(errors: Errors, quantity: Quantity) -> list[str]:
-    """Return the figure of each channel and of all together; a dash for what was not recorded."""
+    """Return the figure of each channel and of all together; a dash marks missing recordings."""
     values = quantity.scale * getattr(errors, quantity.field)
     finite = values[np.isfinite(values)]
     pooled = float(np.sqrt(np.mean(finite**2))) if finite.size else np.nan

@@ -1,4 +1,4 @@
-"""A policy on a hand with a cube, through every byte: does it keep the cube, and how fast does it turn it?"""
+"""Trial of a policy on a hand with a cube, through every byte: survival and rotation rate."""
 
 from __future__ import annotations
 
@@ -21,22 +21,23 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CubeTrial:
-    """What one trial came to."""
+    """Result of one trial."""
 
     hand: HandSpec
-    """The hand with its cube; its seed is also that of where the cube was put."""
+    """Hand with its cube; the hand's seed also determines the cube's initial pose."""
     kept: bool
-    """Whether the cube was still in the hand when the time was over, and nothing ended the run before."""
+    """Whether the run reached its time limit with the cube in the hand."""
     alive_s: float
-    """Time until then or until the loss, s."""
+    """Time until the end of the run or the loss of the cube, s."""
     rotation_rad: float
-    """Rotation about the vertical in that time, rad; positive as a right hand turns it, mirrored for a left one."""
+    """Rotation about the vertical during `alive_s`, rad; positive as a right hand turns the cube, mirrored for a left.
+    """
     airborne: float
-    """Share of the control periods at whose end nothing touched the cube; NaN for a trial that lost it at once."""
+    """Fraction of control periods that end without contact of the cube; NaN if the cube was lost at once."""
     let_go: float
-    """Share of those at whose end nothing was within `cube_plant.GAP_M` of the cube."""
+    """Fraction of control periods that end with nothing within `cube_plant.GAP_M` of the cube."""
     run: Run
-    """What the loop saw: its ending, missing readings, saturation, currents."""
+    """Record of the control loop: ending, missing readings, saturation, currents."""
     travel_per_s: tuple[float, ...]
     """Commanded travel of each channel while the cube was held, (7,), m/s, abduction rad/s."""
     mean_currents_a: tuple[float, ...]
@@ -55,7 +56,7 @@ def run_trial(
     *,
     on_step: Callable[[Step], None] = lambda _: None,
 ) -> CubeTrial:
-    """Run `policy` once from the nominal grasp with the cube put into the hand.
+    """Run `policy` once from the nominal grasp with the cube placed in the hand.
 
     Args:
         policy: what acts.
@@ -85,7 +86,7 @@ def run_trial(
         run = run_policy(
             policy,
             opened.hand,
-            truth.electronics.clock,  # the guard looks at each exchange, as when the pages' figures were measured
+            truth.electronics.clock,  # the guard polls at each exchange, as for the figures in docs
             opened.map,
             settings=settings,
             on_ready=watch.place,

@@ -1,4 +1,4 @@
-"""Run a policy for many episodes at once and measure them; the policy is the deployed NumPy network."""
+"""Batched episodes of a policy in simulation, with the deployed NumPy network."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from train.task import Task, begin, command, draw_starts, finish, observed, unpa
 
 @dataclass(frozen=True)
 class Episodes:
-    """What each episode did until its end or the loss of the cube; arrays are (episodes,) unless said."""
+    """Results of episodes, each up to its end or the loss of the cube; arrays are (episodes,) unless noted."""
 
     kept: NDArray[np.bool_]
     """Whether the cube was still in the hand at the end."""
     alive_s: Floats
-    """Time until then or until the loss, s."""
+    """Time until the end or the loss of the cube, s."""
     rotation_rad: Floats
     """Rotation about the vertical, integrated at every physics step, rad."""
     airborne: Floats
-    """Share of the physics steps after `SETTLING_S` without any contact of the cube."""
+    """Fraction of the physics steps after `SETTLING_S` without any contact of the cube."""
     travel_per_s: Floats
     """Commanded travel of each channel, (episodes, 7), m/s, abduction rad/s."""
 
@@ -37,11 +37,11 @@ class Episodes:
         return self.rotation_rad / self.alive_s
 
     def summary(self) -> dict[str, float]:
-        """Return the figures of the whole set, SI units."""
+        """Return the figures of all episodes, SI units."""
         return {
             "episodes": float(len(self.kept)),
             "survival": float(np.mean(self.kept)),
-            # Not the mean of the rates: one that drops its cube at once has any rate.
+            # A mean of the rates would be noisy: an early drop makes a rate arbitrary.
             "rate_rad_s": float(np.sum(self.rotation_rad) / np.sum(self.alive_s)),
             "rate_error_rad_s": float(np.std(self.rate_rad_s) / np.sqrt(len(self.kept))),
             "rotation_median_rad": float(np.median(self.rotation_rad)),
@@ -52,7 +52,7 @@ class Episodes:
 
 
 def task_of(policy: Policy, settings: PolicySettings | None = None) -> Task:
-    """Return the paper's task as `policy` sees it, under its own settings unless others are given."""
+    """Return the paper's task with the policy's observation, and its settings unless others are given."""
     return Task(settings=settings or policy.settings, shown_action=policy.shown_action)
 
 
@@ -82,7 +82,7 @@ def run(
     sensors = batch.sensors_at(starts, nominal)
     episode = begin(task, sensors, rng.uniform(size=(count, actuation.DRAWS)))
     observation = observed(task, episode, rng.uniform(-1, 1, (count, CHANNELS)))
-    # Sums over the steps of the episodes that still hold their cube.
+    # sums over the steps of episodes that still hold the cube
     alive, travel = np.ones(count, bool), np.zeros((count, CHANNELS))
     steps, rotation, airborne, settled_steps = np.zeros((4, count))
     for _ in range(round(seconds / period_s)):

@@ -1,4 +1,4 @@
-"""A policy measured in simulation: plain MuJoCo as trained and behind servos, and built hands of the training."""
+"""Measurement of a policy in simulation: plain MuJoCo as trained, behind servos, and built hands of the training."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from train.simulator import Simulator, build_scene
 from train.task import NOMINAL_RESET, Task
 
 SERVO_LAG_S = 0.025
-"""Closed loop of the physical hand's servos; the lag of the delay sweep."""
+"""Closed-loop lag of the physical hand's servos, s; the lag of the delay sweep."""
 SERVO_DELAY_S = 0.025
-"""From a command to its motion and into the next reading, rounded up; the delay of the lag sweep."""
+"""Delay from a command to motion and the next reading, rounded up, s; the delay of the lag sweep."""
 SWEEP_LAGS_S = (0.015, 0.040, 0.060)
 SWEEP_DELAYS_S = (0.0, 0.010, 0.020, 0.030, 0.040, 0.050)
 BUILT = "built hands, as training draws them"
 BUILT_STAGE = TrainingStage("built", steps=0, built=True, actuation=BUS)
-"""Which hands those are."""
+"""Training stage that defines the built hands."""
 
 Figures = dict[str, dict[str, float]]
-"""Condition to figure to value, SI units."""
+"""Figures in SI units by condition and name."""
 
 
 def conditions(policy: Policy) -> dict[str, Task]:
-    """Return the conditions in plain MuJoCo, by name; behind servos of some lag and delay last."""
+    """Return the conditions in plain MuJoCo by name; servos with lag and delay come last."""
     as_trained, deployed = task_of(policy), task_of(policy, PAPER_DEPLOYMENT)
     servos = [(SERVO_LAG_S, delay_s) for delay_s in SWEEP_DELAYS_S] + [(lag, SERVO_DELAY_S) for lag in SWEEP_LAGS_S]
     return {
@@ -50,7 +50,7 @@ def conditions(policy: Policy) -> dict[str, Task]:
 def measure(
     policy: Policy, episodes: int, *, seconds: float, seed: int, picture: Path, progress: Callable[[float, str], None]
 ) -> Figures:
-    """Measure under every condition and on built hands with the paper's cube, and draw the delays to `picture`."""
+    """Measure under every condition and on built hands with the paper's cube, and draw the delay sweep to `picture`."""
     cases, found = conditions(policy), {}
     with Simulator([build_scene(policy.settings.torque_limit).compile()] * episodes) as batch:
         for done, (name, task) in enumerate(cases.items()):
@@ -66,9 +66,9 @@ def measure(
 def beside_a_deployment(
     policy: Policy, settings: PolicySettings, episodes: int, *, seconds: float, seed: int, cube: Cube = CUBE
 ) -> dict[str, Episodes]:
-    """Measure as trained, and with the `settings` of a deployment; random resets and the training's noise in both.
+    """Measure as trained and with a deployment's `settings`, both with random resets and the training's noise.
 
-    From the nominal grasp without noise every episode would be the same one.
+    Without noise, all episodes from the nominal grasp would be identical.
     """
     tasks = {
         "plain MuJoCo, as trained": task_of(policy),
@@ -79,7 +79,7 @@ def beside_a_deployment(
 
 
 def _draw_delays(episodes: list[Episodes], path: Path) -> None:
-    """Draw the rate (mean and quartiles) and the survival against `SWEEP_DELAYS_S`."""
+    """Draw the rate (mean and quartiles) and the survival over `SWEEP_DELAYS_S`."""
     figure = Figure(figsize=(6, 4.5), layout="constrained")
     rate, survival = figure.subplots(2, 1, sharex=True)
     delays_ms = 1e3 * np.array(SWEEP_DELAYS_S)

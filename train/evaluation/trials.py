@@ -1,4 +1,4 @@
-"""Trials through every byte: which are made, running them on all cores, and what they came to."""
+"""Trials through every byte: their cases, execution on all cores, and summary figures."""
 
 from __future__ import annotations
 
@@ -30,28 +30,28 @@ from train.workers import usable_cores, worker_processes
 
 ANY_CUBE = "any cube on any hand"
 CUBE_STREAM, WRONG_STREAM = 2, 3
-"""Streams of a trial's seed that its cube and the error of its correction are drawn from."""
+"""Random streams of a trial's seed for the cube and for the error of the correction."""
 SIDES: tuple[Side, ...] = ("right", "left")
 EXACT, WRONG = "exact", "wrong"
 CORRECTIONS = (TYPICAL, EXACT, NONE, WRONG)
 WRONG_M = 0.0005
-"""Standard deviation of the correction of a cable that is wrong, m."""
+"""Standard deviation of a wrong cable correction, m."""
 HELD_AFTER_S = (15.0, 50.0, 200.0)
-"""After which it is said how many of longer trials still hold the cube: 50 s is the paper's rollout."""
+"""Times, s, at which longer trials report the share that still holds the cube; 50 s is the paper's rollout."""
 LEAST = 3
-"""Trials below which no interval of a mean is given."""
+"""Smallest number of trials with an interval of the mean."""
 OWN = "own"
-"""Stands for what the policy was trained with."""
+"""Placeholder for the value that the policy was trained with."""
 ANY_HAND = PLAUSIBLE.removesuffix(":")
-"""Stands for another hand of the healthy population in each trial."""
+"""Placeholder for another hand of the healthy population in each trial."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One trial to be made."""
+    """One planned trial."""
 
     name: str
-    """Row of the table that it counts for."""
+    """Name of the table row that counts this trial."""
     hand: HandSpec
     settings: RunSettings
 
@@ -65,7 +65,7 @@ def over_hands(
     correct: str = TYPICAL,
     twins: Path | None = None,
 ) -> list[Case]:
-    """Return a trial of any cube on each of `hands` fresh hands, right and left in turn.
+    """Return a trial of a random cube on each of `hands` fresh hands, right and left in turn.
 
     Args:
         policy: what acts.
@@ -101,31 +101,31 @@ def over_hands(
 
 @dataclass(frozen=True)
 class Deployment:
-    """A way to run any policy: a row of `deployments.toml`."""
+    """Named conditions to run any policy under: a row of `deployments.toml`."""
 
     name: str
     meaning: str
-    """For people."""
+    """Description for the user."""
     unit: str
-    """As `unit_named` takes it, or `ANY_HAND`."""
+    """Unit name for `unit_named`, or `ANY_HAND`."""
     firmware: str
     settings: str
-    """A preset of `aero.policy.settings`, or `OWN`."""
+    """Preset of `aero.policy.settings`, or `OWN`."""
     one_period_late: bool
-    """Whether each command is written a period late."""
+    """Whether each command is written one period late."""
     shown_action: str
     """A value of `ShownAction`, or `OWN`."""
     correction: str
-    """Correction of the cables: `typical`, `none`, or `EXACT` for the hand's own."""
+    """Cable correction: `typical`, `none`, or `EXACT` for the hand's own."""
     guarded: bool
-    """Whether our guard watches the hand."""
+    """Whether the guard watches the hand."""
     reference: str = ""
-    """What a physical hand did in it, with the policy's name."""
+    """Result of a physical hand under these conditions, with the policy's name."""
     measured_rad_s: float | None = None
-    """How fast a physical hand turned the cube in it, with that policy."""
+    """Rotation rate of the physical hand with the `reference` policy, rad/s."""
 
     def run_settings(self, seconds: float) -> RunSettings:
-        """Return how the loop runs, but for the correction."""
+        """Return the settings of the control loop, without the correction."""
         return RunSettings(
             seconds=seconds,
             settings=None if self.settings == OWN else PRESETS[self.settings],
@@ -134,7 +134,7 @@ class Deployment:
         )
 
     def cases(self, policy: Policy, trials: int, *, seconds: float, seed: int, cube: Cube = CUBE) -> list[Case]:
-        """Return the trials with `cube` through the bytes, with seeds from `seed` on.
+        """Return the trials with `cube` through the bytes, seeds counted up from `seed`.
 
         Raises:
             ValueError: there is no such unit.
@@ -151,7 +151,7 @@ class Deployment:
 
 @cache
 def load_deployments() -> dict[str, Deployment]:
-    """Return what `deployments.toml` holds, by name."""
+    """Return the deployments of `deployments.toml` by name."""
     table = tomllib.loads((files("train") / "evaluation" / "deployments.toml").read_text(encoding="utf-8"))
     return {name: Deployment(name=name, **row) for name, row in table.items()}
 
@@ -159,7 +159,7 @@ def load_deployments() -> dict[str, Deployment]:
 def run_trials(
     policy: Policy, cases: Sequence[Case], made: dict[str, list[CubeTrial]], progress: Callable[[float, str], None]
 ) -> None:
-    """Run the trials on all cores; each is in `made`, by the name of its case, as soon as it has ended."""
+    """Run the trials on all cores; append each result to `made[case.name]` when its trial ends."""
     with worker_processes(min(usable_cores(), max(len(cases), 1))) as workers:
         trials = workers.map(partial(_trial, policy), cases)
         for done, (case, trial) in enumerate(zip(cases, trials, strict=True), 1):
@@ -172,7 +172,7 @@ def _trial(policy: Policy, case: Case) -> CubeTrial:
 
 
 def figures(trials: Sequence[CubeTrial]) -> dict[str, float]:
-    """Return the figures of a row of trials, SI units; shares and rates have the ends of their intervals of 95 %."""
+    """Return the summary figures of trials, SI units; shares and rates with 95 % intervals."""
     alive, rotation = np.array([(one.alive_s, one.rotation_rad) for one in trials]).T
     low, high = _rate_interval(trials)
     held: dict[str, float] = {}
@@ -197,7 +197,7 @@ def figures(trials: Sequence[CubeTrial]) -> dict[str, float]:
 
 
 def _rate_interval(trials: Sequence[CubeTrial]) -> tuple[float, float]:
-    """Return the bootstrapped interval of the rotation of all trials over their time; NaN of fewer than `LEAST`."""
+    """Return the bootstrapped interval of the total rate; NaN for fewer than `LEAST` trials."""
     each = [one.rate_rad_s for one in trials]
     if len(each) < LEAST:
         return (nan, nan)
@@ -209,7 +209,7 @@ def _rate_interval(trials: Sequence[CubeTrial]) -> tuple[float, float]:
 
 
 def _rate(rotation: Floats, alive: Floats, axis: int = -1) -> Any:
-    """Return the rotation over the time; a trial that drops its cube early counts for little."""
+    """Return the total rotation over the total time, which gives early drops little weight."""
     return rotation.sum(axis) / np.maximum(alive.sum(axis), np.finfo(float).tiny)
 
 

@@ -1,9 +1,9 @@
-"""Limits from the readings of healthy hands: the tail of each is fitted, and the limit is a far quantile of it.
+"""Limits from the readings of healthy hands: a far quantile of a fitted tail.
 
-A validation has some two hundred sides of limits. They share one allowance for a false alarm, so each side may flag
-one healthy hand in tens of thousands, far beyond what a campaign can count. So the tail is carried on by a generalised
-Pareto distribution, which is what the excesses over a high threshold tend to whatever the distribution is (Pickands
-1975), with its parameters from the first two L-moments of the excesses (Hosking and Wallis 1987).
+A validation has some two hundred limit sides with a shared false-alarm allowance, so each side may flag one healthy
+hand in tens of thousands, far beyond any countable campaign. The tail is therefore extrapolated with a generalised
+Pareto distribution, the limit distribution of excesses over a high threshold (Pickands 1975). Its parameters are fitted
+from the first two L-moments of the excesses (Hosking and Wallis 1987).
 """
 
 from __future__ import annotations
@@ -23,38 +23,44 @@ from train.limits.resolution import resolution
 Floats = NDArray[np.float64]
 
 FALSE_ALARMS = 0.004
-"""Probability that a healthy hand fails a whole validation, that the limits are computed for."""
+"""Design probability that a healthy hand fails a whole validation."""
 TAIL = 0.15
-"""Share of the readings that the tail is fitted to."""
+"""Fraction of the readings used to fit the tail."""
 FURTHEST = 0.5
-"""How far a limit goes beyond the extreme readings at most, as a part of their range."""
+"""Largest extrapolation of a limit beyond the extreme readings, as a fraction of their range."""
 FEWEST = 60
-"""Readings that a limit needs. Hands of one firmware, guarded or not, that have fewer share the limit of all firmware;
-a check with fewer in all is not judged."""
+"""Smallest number of readings for a limit.
+
+Hands of one firmware, guarded or not, with fewer readings share the limit of all firmware; a check with fewer readings
+in all is not judged.
+"""
 LEAST_EXCESSES = 8
-"""Excesses that the fit of a tail needs; with fewer, the limit is the extreme reading and the resolution."""
+"""Smallest number of excesses for a tail fit; below it the limit is the extreme reading plus the resolution."""
 WRITTEN = 5e-3
-"""Relative resolution of a bound, which is written with three figures."""
+"""Relative resolution of a bound, which is rounded to three figures."""
 ROUNDING = 1e-9
-"""Part of the mean excess below which its spread is that of rounding alone."""
+"""Threshold of the spread over the mean excess, dimensionless; below it the spread is only rounding."""
 SHAPES = (-0.25, 0.1)
-"""Bounds of the fitted shape: tails with an end not too near, to slightly heavier than exponential. At -0.5 the end
-lies three mean excesses above the threshold, where the extreme readings are already; at -0.25 it lies at five."""
+"""Bounds of the fitted shape: from bounded tails to slightly heavier than exponential.
+
+At -0.5 the tail ends three mean excesses above the threshold, where the extreme readings already are; at -0.25 it ends
+at five.
+"""
 
 
 Readings = Mapping[tuple[str, str, str], Floats]
-"""(experiment, metric, subject) to the readings (n,) of healthy hands."""
+"""Readings (n,) of healthy hands by (experiment, metric, subject)."""
 
 
 @dataclass(frozen=True)
 class Healthy:
-    """Healthy hands of one group of firmware."""
+    """Healthy hands of one firmware group."""
 
     firmware: tuple[str, ...]
     population: Readings
-    """Readings whose tails are fitted."""
+    """Readings for the tail fit."""
     guarded: bool = False
-    """Whether the driver guards them, so that they are weaker at their stops."""
+    """Whether the guard limits these hands, which makes them weaker at their stops."""
 
 
 def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
@@ -74,10 +80,10 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
             continue
         versions = {v for group in groups for v in group.firmware if not check.firmware or v in check.firmware}
         meant = [group for group in groups if versions.intersection(group.firmware)]
-        # Each subject of a pool may raise an alarm on its own, so they share the chance.
+        # Each subject of a pool can raise a false alarm alone, so all subjects share the allowance.
         chance = FALSE_ALARMS / sides / len(check.subjects)
         free = _limits(check, [group for group in meant if not group.guarded], versions, chance)
-        # Firmware `pre` has no torque limit, so its guarded hands are stopped before they can be measured.
+        # Firmware `pre` has no torque limit, so the guard stops its hands before a measurement.
         measured = [group for group in meant if group.guarded and _pooled(group.population, check).size]
         weaker = _limits(check, measured, versions, chance)
         together = _together(free, weaker)
@@ -87,7 +93,7 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
 
 
 def _shared(check: Check, groups: Sequence[Healthy], few: Sequence[Limit], chance: float) -> list[Limit]:
-    """Return one limit from hands of all firmware for those that have too few readings, by whether they are guarded."""
+    """Return limits pooled over all firmware for limits with too few readings, by guard state."""
     found = []
     for guarded in dict.fromkeys(limit.guarded for limit in few):
         alike = [group for group in groups if guarded is None or group.guarded is guarded]
@@ -100,7 +106,7 @@ def _shared(check: Check, groups: Sequence[Healthy], few: Sequence[Limit], chanc
 
 
 def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance: float) -> list[Limit]:
-    """Return the limits of a check for the groups of firmware, of hands that are guarded or of others."""
+    """Return the limits of a check per firmware group, for either guarded or unguarded hands."""
     if not groups:
         return []
     for group in groups:
@@ -113,7 +119,7 @@ def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance:
 
 
 def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
-    """Return one limit for both where guarded hands read as others do, and one for each where they do not."""
+    """Return one common limit where guarded and unguarded hands read alike, and two separate ones elsewhere."""
     guarded = {limit.firmware: limit for limit in weaker}
     found = []
     for limit in free:
@@ -124,7 +130,7 @@ def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
             continue
         if limit.at_least < other.healthy[0] and other.healthy[1] < limit.at_most:
             low, high = min(limit.healthy[0], other.healthy[0]), max(limit.healthy[1], other.healthy[1])
-            # It has to hold both, whose tails are not the same though their readings overlap.
+            # The common limit covers both tails, which differ even where the readings overlap.
             found.append(
                 replace(
                     limit,
@@ -140,17 +146,17 @@ def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
 
 
 def _deviations(group: Healthy, check: Check) -> Floats:
-    """Return the readings of a group less their median: what is left is alike in all versions of the firmware."""
+    """Return a group's readings minus their median; the residuals are alike for all firmware versions."""
     values = _pooled(group.population, check)
     return values - np.median(values) if values.size else values
 
 
 def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tuple[float, float]) -> Limit:
-    """Return a limit from a group's median and how far readings of all groups go above and below theirs."""
+    """Return a limit from a group's median and the pooled upper and lower tail bounds `beyond`."""
     values = _pooled(group.population, check)
     held = np.concatenate([values, np.array(check.recorded or ())])
     low, high, median = float(held.min()), float(held.max()), float(np.median(values))
-    # Some readings come in steps, of which no tail can be told; healthy hands are bounded, so the limit stays near.
+    # Quantised readings have no tail to fit; healthy hands are bounded, so the limit stays close.
     most = FURTHEST * float(np.ptp(values))
     step = max(resolution(check, firmware), WRITTEN * max(abs(low), abs(high)))
     upper = max(min(median + beyond[0], float(values.max()) + most), high + step)
@@ -168,13 +174,13 @@ def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tupl
 
 
 def upper_bound(values: Floats, chance: float) -> float:
-    """Return what a reading exceeds with a probability of `chance`, by the tail of `values` (n,)."""
+    """Return the reading that is exceeded with probability `chance`, from the tail of `values` (n,)."""
     threshold = float(np.quantile(values, 1.0 - TAIL))
     excesses = values[values > threshold] - threshold
     if excesses.size < LEAST_EXCESSES:
         return float(values.max())
     mean, spread = map(float, lmoment(excesses, order=(1, 2)))
-    if spread <= ROUNDING * mean:  # equal but for rounding
+    if spread <= ROUNDING * mean:  # equal up to rounding
         return float(values.max())
     shape = float(np.clip(2.0 - mean / spread, *SHAPES))
     return threshold + float(genpareto.isf(chance / TAIL, shape, scale=mean * (1.0 - shape)))

@@ -1,7 +1,7 @@
-"""The population that limits are made from: hands that are drawn, their readings, and how well limits hold others.
+"""Population behind the limits: drawn hands, their readings, and cross-validated false alarms.
 
-Every kind of healthy hand counts alike: both sides, with and without a guard, with and without conditions, with each
-firmware. Each is homed before the validation, as an owner is told to.
+All kinds of healthy hands have equal weight: both sides, with and without guard, with and without conditions, every
+firmware. Each hand is homed before the validation, as the instructions for owners require.
 """
 
 from __future__ import annotations
@@ -21,20 +21,22 @@ from train.limits.compute import Healthy, Readings, computed_limits
 
 GENERATOR = "model/units/plausible.py and model/units/conditions.py"
 USUAL = (400_000, 320)
-"""First seed and number of the hands with usual firmware; all hands together take forty minutes of two cores."""
+"""First seed and number of hands with usual firmware; the whole population takes 40 min on two cores."""
 _OTHERWISE = (versions[-1] for versions in VERSION_GROUPS if not set(versions) & set(USUAL_FIRMWARE))
 RARE = tuple((401_000 + 1_000 * number, version) for number, version in enumerate(_OTHERWISE))
-"""First seed of the hands with each firmware that moves as no usual one does."""
+"""First seed of the hands with each firmware that moves differently from the usual ones."""
 RARE_HANDS = 80
 SHORT, SHORT_HANDS = 404_000, 120
-"""First seed and number of the hands that only go through the short staircase, which no run has by default."""
+"""First seed and number of hands for the short staircase only, which is not part of a default run."""
 FOLDS = 5
-"""Parts of the population, each judged by limits from the others. Five has no divisor in common with the number of
-kinds that take turns, so each part has all of them."""
+"""Folds of the cross-validation, each judged by limits from the others.
+
+Five is coprime to the number of kinds that alternate, so each fold contains all of them.
+"""
 
 
 def drawn() -> list[Trial]:
-    """Return the trials of the population, in an order in which every beginning is a fair sample."""
+    """Return the trials of the population, ordered so that any prefix is a fair sample."""
     hands = partial(healthy_hands, sides=SIDES[::-1])
     usual, rare = hands(*USUAL), [hands(first, RARE_HANDS, (named,)) for first, named in RARE]
     share = len(usual) // RARE_HANDS
@@ -49,7 +51,7 @@ def drawn() -> list[Trial]:
 
 
 def healthy_hands_of(outcomes: Iterable[Outcome]) -> tuple[Healthy, ...]:
-    """Return the readings of healthy hands by group of firmware and guard; groups without any are left out."""
+    """Return the readings of healthy hands by firmware group and guard; empty groups are omitted."""
     found: dict[tuple[bool, int], list[Outcome]] = defaultdict(list)
     for outcome in outcomes:
         group = next(i for i, versions in enumerate(VERSION_GROUPS) if outcome.trial.firmware in versions)
@@ -71,9 +73,9 @@ def _readings(outcomes: Iterable[Outcome]) -> Readings:
 
 
 def held_out(outcomes: Sequence[Outcome]) -> tuple[int, int]:
-    """Return how many hands are flagged by limits from the other parts of the population, and how many were judged.
+    """Return the number of hands flagged by limits from the other folds, and the number judged.
 
-    The limits that ship are made from all parts, so they flag somewhat fewer.
+    The shipped limits use all folds, so they flag somewhat fewer.
     """
     flagged = judged = 0
     for part in range(FOLDS):

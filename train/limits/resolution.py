@@ -1,7 +1,7 @@
-"""Resolution of a reading: the least distance between two different ones, from window, registers and sample rate.
+"""Resolution of a reading: the smallest step between two readings, from window, registers and sample rate.
 
-A limit lies at least this far from any healthy reading, because a reading nearer than that is the same reading. A
-quantity that is interpolated between samples (a rise time, a rate, a ratio) has no such step.
+A limit keeps at least this distance from any healthy reading, because a closer reading cannot be distinguished. A
+quantity interpolated between samples (rise time, rate, ratio) has no such step.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from hil.checks.shared.signals import MILLI
 from hil.checks.staircase.check import Staircase
 
 REGISTERS = {"A": CURRENT_A_PER_UNIT, "°C": 1.0, "of 40 steps": 1.0}
-"""Unit to one quantum of the servos' current or temperature register, or to one step."""
+"""One quantum of the servos' current or temperature register, or one step, by unit."""
 
 
 def resolution(check: Check, firmware: Iterable[str]) -> float:
-    """Return the resolution of a check's reading in its unit: the coarsest of its channels and firmware versions."""
+    """Return the resolution of a check's reading in the check's unit: the coarsest of channels and versions."""
     metric = JUDGED[check.experiment].metric(check.metric, check.subjects[0])
     if metric.unit == "ms":
         return _time_ms(check)
@@ -36,14 +36,14 @@ def resolution(check: Check, firmware: Iterable[str]) -> float:
 
 
 def _time_ms(check: Check) -> float:
-    """Return the step of a time, ms: that of its search, or the period of the readings that it lies between."""
+    """Return the resolution of a time, ms: its search step, or the sample period of the readings."""
     if check.metric == "rise_hand_ms":  # interpolated between samples, median of many steps
         return 0.0
     return MILLI * (DELAY_STEP_S if check.metric == "replay_delay" else EXPERIMENTS[check.experiment].period_s)
 
 
 def _count(unit: str, firmware: str, subjects: tuple[str, ...]) -> float:
-    """Return one servo count in a unit, the largest of the channels; 0 in a unit that counts do not limit."""
+    """Return one servo count in `unit`, maximum over the channels; 0 for units without counts."""
     channels = [Channel[subject.upper()] for subject in subjects if subject != "hand"]
     codec = ActuationMap.for_firmware(firmware)
     part = 1.0 / codec.window.spans_counts()
