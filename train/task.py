@@ -115,7 +115,7 @@ CRITIC_SIZE = 81
 
 
 class Signals(NamedTuple):
-    """Signals of one step; leading axes are free. Sensors lag the state by one physics step, as in the released task."""
+    """Signals of one step; leading axes are free. Sensors lag the state one physics step, as in the released task."""
 
     lengths: Array
     """Channel values, (..., 7) in command order, m, abduction rad."""
