@@ -1,1 +1,1 @@
-"""The hand's electronics in software: ESP32-S3 firmware, Feetech servo bus, servos, links. NumPy and pyserial only."""
+"""Emulated hand electronics: ESP32-S3 firmware, Feetech servo bus, servos, links. Needs NumPy and pyserial only."""

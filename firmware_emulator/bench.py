@@ -1,4 +1,4 @@
-"""Seven bare shafts on a bench: the smallest plant, for the electronics' own tests and for exploring homing.
+"""Test bench of seven bare shafts: the smallest plant, for tests of the electronics and for exploring homing.
 
 Each shaft has inertia, back-EMF, Coulomb friction and two elastic end stops. Integration is semi-implicit with a fixed
 substep; friction and damping are implicit, so a shaft at rest stays at rest and every parameter set is stable.
@@ -17,7 +17,7 @@ SUBSTEP_S = 0.001
 
 @dataclass(frozen=True)
 class BenchShaft:
-    """What one servo turns."""
+    """Mechanical load on one servo."""
 
     inertia: float = 7.5e-4
     """Reflected rotor inertia, kg m²."""
@@ -34,7 +34,7 @@ class BenchShaft:
     stop_damping: float = 0.3
     """Damping while in contact, N m s/rad."""
     spring: float = 0.0
-    """Constant load that opens, N m."""
+    """Constant opening torque, N m."""
 
 
 class Bench(Plant):
@@ -80,7 +80,7 @@ class Bench(Plant):
         low, high = body.stop_low, body.stop_high
         grip = body.friction / body.inertia * dt
         for _ in range(steps):
-            # Whatever opposes the speed is implicit in it, so that stiff gains cannot ring numerically.
+            # Damping terms are integrated implicitly, so that stiff gains cannot ring numerically.
             load = torque + stiffness * (setpoint - angle) - damping * speed
             viscous = back_emf
             if load > limit:

@@ -1,13 +1,13 @@
-"""The half-duplex servo bus: bytes on a wire, with their times.
+"""Half-duplex servo bus: timed bytes on a wire.
 
 Theory of operation. A master writes bytes through a `BusPort`; each occupies the wire for ten bits at the port's baud
-rate, behind whatever occupies it already. When the last byte of a packet has arrived, the addressed servos act that
-listen at this baud rate, and each answer follows the turnaround time after the end of what it answers. Answers reach
-the port that asked, in one piece when the last byte of the train is there. Servos with the same ID answer at the same
-time: their bytes meet on the wire and are AND-ed. A sync read that nothing can disturb, which is the telemetry of a
-board nearly always, is one step, without packets and events (`BusPort.sync_read`).
+rate, queued behind earlier traffic. After the last byte of a packet, every addressed servo at this baud rate executes
+it. Each answer starts one turnaround time after the end of the request or of the previous answer. The requesting port
+receives the whole train of answers at the time of its last byte. Servos with equal IDs answer simultaneously and their
+bytes are AND-ed on the wire. An undisturbed sync read (nearly all telemetry) is one step without packets and events
+(`BusPort.sync_read`).
 
-Two masters take turns, which is convenient and not what a wire does.
+Simplification: the bytes of two masters never collide; their writes are queued.
 """
 
 from __future__ import annotations
@@ -21,46 +21,46 @@ from firmware_emulator.servo.instructions import ALWAYS_ANSWERED, EXECUTE, LONGE
 from firmware_emulator.servo.servo import Servo
 
 BITS = 10
-"""Of one byte on the wire: start, eight, stop."""
+"""Bits on the wire per byte: one start, eight data, one stop."""
 BAUD = 1_000_000
-"""Baud rate of a master unless it says otherwise, bit/s."""
+"""Default baud rate of a master, bit/s."""
 WRITES = frozenset({Instruction.WRITE, Instruction.REG_WRITE, Instruction.ACTION})
-"""What a servo takes under its secondary ID; transcribed HLS table: "write commands only"."""
+"""Instructions accepted under the secondary ID. Source: transcribed HLS table, "write commands only"."""
 OVERHEAD = 6
-"""Bytes of a packet beside its parameters."""
+"""Length of a packet without parameters, bytes."""
 SILENCE_S = 5e-3
-"""Silence after which a servo's receiver forgets a packet that was begun, s (assumption)."""
+"""Silence after which a servo's receiver drops a partial packet, s (assumption)."""
 
 
 Answer = tuple[int, int, bytes]
-"""ID of a servo, its error byte and the registers that it was asked for: what `pack` makes a packet of."""
+"""Servo ID, error byte and requested register bytes: the arguments of `pack`."""
 
 
 class Tap(Protocol):
-    """Something on the wire that listens and may damage answers."""
+    """Observer of the wire that may corrupt answers."""
 
     def asked(self, data: bytes) -> None:
-        """Hear what a master sends at the present instant."""
+        """Observe bytes that a master starts to send now."""
 
     def answered(self, data: bytes) -> bytes:
-        """Hear a train of answers; return what of it arrives."""
+        """Observe a train of answers; return the bytes to deliver, possibly corrupted."""
         ...
 
 
 class BusPort:
-    """A master's end of the bus."""
+    """Bus port of one master."""
 
     def __init__(self, bus: ServoBus, receive: Callable[[bytes], None]) -> None:
-        """Connect a master; `receive` gets what servos answer to it."""
+        """Connect a master; `receive` is called with the servos' answers."""
         self.receive = receive
         self.baud = BAUD
-        """bit/s; servos that listen at another one hear nothing."""
+        """Baud rate, bit/s; servos set to another rate receive nothing."""
         self._bus = bus
         self._parser = PacketParser()
         self._last_byte = 0.0
 
     def write(self, data: bytes) -> float:
-        """Put bytes on the wire; return the time (s) at which the last of them is over."""
+        """Put bytes on the wire; return the end time of the last byte, s."""
         bus = self._bus
         if bus.tap is not None:
             bus.tap.asked(data)
@@ -75,17 +75,17 @@ class BusPort:
     def sync_read(
         self, request: bytes, address: int, count: int, wanted: Sequence[int], deadline: float
     ) -> list[Answer] | None:
-        """Ask servos for registers, and let the time of the exchange pass when nothing else happens meanwhile.
+        """Send a sync read; if no other event is due during the exchange, complete it in one step.
 
         Args:
             request: the packet.
             address: first register, as in the packet.
             count: registers, as in the packet.
-            wanted: IDs, as in the packet.
-            deadline: when the master gives up, s.
+            wanted: servo IDs, as in the packet.
+            deadline: time-out of the master, absolute, s.
 
         Returns:
-            What the servos answered, when the last byte is there; None when it comes through `receive`, later.
+            Answers of all servos, with time advanced to the last byte; None if they will be delivered to `receive`.
         """
         bus, kernel, byte_s = self._bus, self._bus.kernel, self.byte_s
         start = max(kernel.now, bus.busy_until)
@@ -101,13 +101,13 @@ class BusPort:
         answers = [(servo.id, servo.status, servo.read(address, count)) for servo in bus.servos]
         if kernel.pass_until(over):
             return answers
-        # To read them made something happen, as of a supply that breaks down.
+        # Reading the registers scheduled an event before the end, such as a brown-out of the supply.
         kernel.call_at(over, self.receive, b"".join(pack(*answer) for answer in answers))
         return None
 
     @property
     def byte_s(self) -> float:
-        """Time of one byte, s."""
+        """Duration of one byte, s."""
         return BITS / self.baud
 
 
@@ -120,16 +120,16 @@ class ServoBus:
         self.servos = list(servos)
         self.tap: Tap | None = None
         self.turnaround_s = turnaround_s
-        """Time from the end of what is answered to the answer, s."""
+        """Time from the end of a request to the start of its answer, s."""
         self.late_s = 0.0
-        """How much later than it should the next train of answers arrives, as through a slow adapter, s."""
+        """Additional delay of the next train of answers, s; models a slow adapter."""
 
     def connect(self, receive: Callable[[bytes], None]) -> BusPort:
-        """Return a new master's port; `receive` gets the answers to what it writes."""
+        """Return the port of a new master; `receive` is called with the answers."""
         return BusPort(self, receive)
 
     def is_regular(self, wanted: Sequence[int], baud: int, heard: float) -> bool:
-        """Return whether all servos answer a sync read heard at a time (s), each once and in order, unspoiled."""
+        """Return whether every servo answers a sync read received at `heard` (s) once, in order and intact."""
         if self.tap is not None or self.late_s:
             return False
         if not wanted or len(wanted) != len(self.servos):
@@ -142,7 +142,7 @@ class ServoBus:
         return True
 
     def execute(self, packet: Packet, port: BusPort) -> None:
-        """Let the addressed servos act on a packet whose last byte has just arrived, and send their answers."""
+        """Execute a packet on the addressed servos at the time of its last byte, and send their answers."""
         now, baud = self.kernel.now, port.baud
         if packet.code == Instruction.SYNC_READ:
             answers = self._sync_read(packet, baud)
@@ -161,12 +161,12 @@ class ServoBus:
             self.late_s = 0.0
 
     def _listening(self, wanted: int, baud: int) -> list[Servo]:
-        """Servos that take a packet for this ID at this baud rate."""
+        """Return the servos that receive a packet for this ID at this baud rate."""
         now, everyone = self.kernel.now, wanted == BROADCAST
         return [s for s in self.servos if (everyone or s.id == wanted) and s.silent_until <= now and s.baud == baud]
 
     def _also_written(self, wanted: int, baud: int) -> list[Servo]:
-        """Servos whose secondary ID this is; they take writes and answer nothing."""
+        """Return the servos with this secondary ID; they execute writes without answering."""
         own = [s for s in self.servos if s.secondary_id == wanted != s.id]
         return [s for s in own if s.silent_until <= self.kernel.now and s.baud == baud]
 
@@ -227,7 +227,7 @@ def _receive(data: bytes, port: BusPort) -> None:
 
 
 def _meet(first: bytes | None, second: bytes) -> bytes:
-    """Bytes of two answers that are sent at the same time, as the wire carries them."""
+    """Return two simultaneous answers as superposed on the wire (bitwise AND)."""
     if first is None:
         return second
     longer, shorter = (first, second) if len(first) >= len(second) else (second, first)

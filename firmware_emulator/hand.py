@@ -1,4 +1,4 @@
-"""The emulated hand: a plant, seven servos on a bus, and the board, on one clock."""
+"""Emulated hand: a plant, seven servos on a bus, and the board, on one clock."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from firmware_emulator.uart_master import UartMaster
 Start = Literal["homed", "power_on", "reset", "bare"]
 
 TRANSMIT_RING = 256
-"""What the board keeps for a host that does not read: the most recent bytes ..."""
+"""Bytes buffered for a host that does not read: the most recent ones ..."""
 TRANSMIT_FIFO = 64
-"""... behind the first ones, which already sit in the USB hardware (arduino-esp32 HWCDC)."""
+"""... after the first ones, already in the FIFO of the USB hardware. Source: arduino-esp32 HWCDC."""
 SETTLE_S = 1.0
-"""Time between the end of the last homing and the first command of a hand that starts homed, s."""
+"""Settling time after homing, before the first command to a hand that starts homed, s."""
 
 
 def ideal_zeros(hand: HandSide) -> tuple[float, ...]:
-    """Return what the encoders of a freshly homed ideal hand read at shaft angle zero, (7,) counts by servo ID."""
+    """Return the encoder readings of an ideal homed hand at shaft angle zero, (7,) counts by servo ID."""
     config = HANDS[hand]
     return tuple(
         extend - math.copysign(COUNTS_PER_TURN / 360.0, grasp - extend) * angle_deg
@@ -42,7 +42,7 @@ def ideal_zeros(hand: HandSide) -> tuple[float, ...]:
 
 
 class EmulatedHand:
-    """Bytes in, bytes out, and a clock; see `links` for the ways to reach it."""
+    """Byte-level interface of the emulated hand on a virtual clock; `links` connects hosts to it."""
 
     def __init__(
         self,
@@ -58,27 +58,27 @@ class EmulatedHand:
         host_latency_s: float = 0.0002,
         program: Path | None = None,
     ) -> None:
-        """Put the electronics on a plant whose time has not begun.
+        """Connect the electronics to a plant at time zero.
 
         Args:
-            plant: what the servos turn.
+            plant: mechanics driven by the servos.
             firmware: a version of `firmware.profiles`.
-            hand: which hand the firmware was built for.
-            servos: the servos' physics.
-            seed: of all noise.
-            start: `homed` is a hand in use: homed, energised, at rest, no boot text, one second ago; a program boots
-                and homes for that first. `power_on` and `reset` begin with the boot; `bare` leaves the board off, for a
-                physical one on the servos' bus.
+            hand: side for which the firmware was built.
+            servos: parameters of all seven servos.
+            seed: seed of all noise.
+            start: `homed` is a hand in use: homed one second ago, energised, at rest, without boot text (a program
+                boots and homes first). `power_on` and `reset` begin with the boot. `bare` leaves the board off, so that
+                a physical board can drive the servos' bus.
             nvs: stored calibration; an empty one in memory when None.
-            encoder_zeros: encoder readings at shaft angle zero, (7,) counts by servo ID; those of an ideal homed hand
+            encoder_zeros: encoder readings at shaft angle zero, (7,) counts by servo ID; `ideal_zeros`
                 when None.
-            host_latency_s: time from a write on the host to the firmware acting on it, s (assumption).
-            program: a firmware made with `aero-hil firmware build`, to run in place of the emulated one; `firmware` and
-                `hand` then say what it was made from.
+            host_latency_s: delay between a host write and its arrival at the firmware, s (assumption).
+            program: executable of `aero-hil firmware build`, run instead of the emulated firmware; `firmware` and
+                `hand` then name the source of the build.
 
         Raises:
             ValueError: an unknown firmware, hand or start, or a wrong number of encoder zeros.
-            FirmwareProgramError: the program does not run, or does not home.
+            FirmwareProgramError: the program does not start or does not home.
         """
         if hand not in HANDS:
             raise ValueError(f"hand must be one of {', '.join(HANDS)}, got {hand!r}")
@@ -97,20 +97,20 @@ class EmulatedHand:
             ],
             seed=seed,
         )
-        """The servos, their bus and the clock."""
+        """Servos, bus and clock."""
         self.kernel, self.clock = self.chain.kernel, self.chain.clock
         self.servos, self.bus = self.chain.servos, self.chain.bus
         self.on_transmit: Callable[[bytes], None] = self.keep
         self.on_reset: Callable[[setup_and_loop.ResetCause], None] = lambda _cause: None
         """Called before every restart of the board."""
         self.says_rom_text = False
-        """Whether the chip's ROM prints its own text at a restart, in front of the firmware's."""
+        """Whether a restart sends the ROM boot text before the text of the firmware."""
         self._unread = bytearray()
         self._profile = profile_of(firmware)
         self._config = config
         self._nvs = nvs if nvs is not None else Nvs()
         self.host_latency_s = host_latency_s
-        """Time from a write on the host to the firmware acting on it, s."""
+        """Delay between a host write and its arrival at the firmware, s."""
         self._program = program
         self.board = self._new_board()
         if start == "homed":
@@ -123,9 +123,9 @@ class EmulatedHand:
             self.reset(start)
 
     def reset(self, cause: setup_and_loop.ResetCause = "reset", *, download: bool = False) -> None:
-        """Restart the board now; `power_on` takes the servos' power away too, so they forget RAM and turns.
+        """Restart the board now; `power_on` also cycles the servos' power, which clears their RAM and turn counts.
 
-        With `download` it waits for a firmware to be flashed, and does nothing until its next restart.
+        With `download` the chip stays in download mode until the next restart.
         """
         if cause == "power_on":
             for servo in self.servos:
@@ -143,30 +143,30 @@ class EmulatedHand:
             self.board.start(setup_and_loop.run(self.board, cause))
 
     def flash(self, firmware: str, hand: HandSide) -> None:
-        """Put another emulated firmware on the board, made for a side, and restart it."""
+        """Replace the emulated firmware version and its side, and restart the board."""
         self._profile, self._config = profile_of(firmware), HANDS[hand]
         self.reset()
 
     def supply(self, volts: float) -> None:
-        """Let the servos measure another supply (V); what it does to their motors is the plant's."""
+        """Set the supply voltage (V) that the servos measure; the effect on the motors is up to the plant."""
         self.chain.supply(volts)
 
     def close(self) -> None:
-        """Switch the board off; only one that runs a program holds resources that must be released."""
+        """Switch the board off and, if it runs a program, end the child process."""
         self.board.stop()
 
     def receive(self, data: bytes) -> None:
-        """Take bytes from the host at the present instant."""
+        """Receive bytes from the host now."""
         self.board.receive(data)
 
     def take_output(self) -> bytes:
-        """Return what is left of what the board sent while nobody listened, and forget it."""
+        """Return and clear the bytes buffered while no host was reading."""
         unread = bytes(self._unread)
         self._unread.clear()
         return unread
 
     def commanded_words(self) -> list[int]:
-        """Return the goal of each servo as a host word, by servo ID; the position of a servo without torque."""
+        """Return the goals as host words, by servo ID; with torque off, the present position instead."""
         window = self.board.window if isinstance(self.board, Board) else self._config
         words = [0] * len(SERVOS)
         for servo in self.servos:
@@ -177,7 +177,7 @@ class EmulatedHand:
         return words
 
     def advance_plant(self) -> None:
-        """Bring the plant up to the present, for whoever looks at it directly."""
+        """Advance the plant to the present, before reading the plant directly."""
         self.chain.shafts.advance()
 
     def _new_board(self) -> Board | ProgramBoard:
@@ -204,6 +204,6 @@ class EmulatedHand:
         self.on_transmit(data)
 
     def keep(self, data: bytes) -> None:
-        """Hold bytes for a host that does not listen."""
+        """Buffer bytes for a host that is not reading."""
         self._unread += data
         del self._unread[TRANSMIT_FIFO : max(TRANSMIT_FIFO, len(self._unread) - TRANSMIT_RING)]

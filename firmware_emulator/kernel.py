@@ -1,16 +1,15 @@
-"""Discrete-event core: the only owner of time on the emulated side.
+"""Discrete-event kernel: the only owner of time on the emulated side.
 
 Theory of operation. Work is a callback at a time (`call_at`) or a task (`spawn`): a generator that reads top to bottom
-like a FreeRTOS task and yields what it waits for,
+like a FreeRTOS task and yields its wait condition,
 
-- a float: until that time, s; `TASK_YIELD`, like any time that is past, lets everything that is due at this instant
-  run first;
-- a `Signal`: until it fires;
-- a `(Signal, deadline)` pair: until it fires or the time (s) is reached; the yield evaluates to whether it fired.
+- a float: wait until that time, s; `TASK_YIELD`, or any past time, first runs all other events due at this instant;
+- a `Signal`: wait until the signal fires;
+- a `(Signal, deadline)` pair: wait for the signal or the time (s); the yield evaluates to whether the signal fired.
 
-Events of the same instant run in the order in which they were scheduled, so a run is a pure function of its inputs.
-Where nothing else is due until the time that a task waits for, the task continues at once, without the queue: the same
-order at a third of the cost (`pass_until`).
+Simultaneous events run in the order of scheduling, so a run is a pure function of its inputs. If no other event is due
+before a task's wake-up time, the task continues at once without the queue: equal order at a third of the cost
+(`pass_until`).
 Only the owner of the clock calls `run_until`: `VirtualClock`, the driver's read in `links/in_process.py`, the loop of
 `links/pty.py` that follows the wall clock, the comparison of two boards in `compare/run.py` and a firmware program
 that homes in `native/program_board.py`. Callbacks and tasks never do.
@@ -25,7 +24,7 @@ from typing import Any
 
 
 class Signal:
-    """Something that tasks wait for; firing wakes all that wait at that moment."""
+    """Event for tasks to wait for; firing wakes all tasks waiting at that moment."""
 
     __slots__ = ("_kernel", "_waiting")
 
@@ -34,12 +33,12 @@ class Signal:
         self._waiting: list[tuple[Runner, int]] = []
 
     def fire(self) -> None:
-        """Wake every waiting task at the present instant, in the order in which they began to wait."""
+        """Wake every waiting task now, in the order in which the waits began."""
         if not self._waiting:
             return
         waiting, self._waiting = self._waiting, []
         kernel = self._kernel
-        # What is woken here is in the middle of an event of another, for which no time may pass.
+        # The woken tasks run inside another task's event, during which time must not advance.
         last, kernel.last_of_event = kernel.last_of_event, False
         for runner, ticket in waiting:
             runner.wake(ticket, True)
@@ -51,31 +50,31 @@ class Signal:
 
 
 TASK_YIELD = 0.0
-"""A time that is past: a task that waits for it runs after everything else of this instant, as by `taskYIELD()`."""
+"""Past time, as a wait condition: run after all other events of this instant, as with `taskYIELD()`."""
 
 
 def milliseconds(t: float) -> int:
-    """Return a board's millisecond counter at time `t` (s): ticks are whole milliseconds of the kernel."""
+    """Return the board's millisecond counter at time `t` (s); its ticks are whole milliseconds of the kernel."""
     return math.floor(t * 1000.0 + 1e-6)
 
 
 def ticks_later(t: float, ticks: int) -> float:
-    """Return the time of the `ticks`-th tick after `t` (s), as FreeRTOS waits: between `ticks - 1` and `ticks` ms."""
+    """Return the time (s) of the `ticks`-th tick after `t` (s): as in FreeRTOS, `ticks - 1` to `ticks` ms later."""
     return (milliseconds(t) + ticks) / 1000.0
 
 
 def on_grid(t: float) -> float:
-    """Return a time (s) to the nanosecond, so that what happens on a tick is not a rounding error before it."""
+    """Round a time (s) to the nanosecond, so that a tick's events are never a rounding error early."""
     return round(t, 9)
 
 
 Yielded = float | Signal | tuple[Signal, float]
 Task = Generator[Yielded, Any, Any]
-"""What `spawn` runs; sub-tasks are called with `yield from` and may return a value."""
+"""Argument of `spawn`; sub-tasks are called with `yield from` and may return a value."""
 
 
 class Runner:
-    """One spawned task. A ticket is spent by each wait, so that a wake-up that came too late finds it gone."""
+    """One spawned task. Each wait has its own ticket, so that a stale wake-up is ignored."""
 
     __slots__ = ("_kernel", "_task", "ticket")
 
@@ -85,7 +84,7 @@ class Runner:
         self.ticket = 0
 
     def wake(self, ticket: int, fired: bool) -> None:
-        """Resume the task if it still waits with this ticket; `fired` is what its yield evaluates to."""
+        """Resume the task if this ticket is current; its yield evaluates to `fired`."""
         if ticket != self.ticket:
             return
         kernel, sent = self._kernel, fired if ticket else None
@@ -109,14 +108,14 @@ class Runner:
             sent = False
 
     def _due(self, ticket: int) -> None:
-        """Resume the task at the time for which it waits, as the only thing that this event does."""
+        """Resume the task at its wake-up time, as the only action of this event."""
         kernel = self._kernel
         kernel.last_of_event = True
         self.wake(ticket, False)
         kernel.last_of_event = False
 
     def stop(self) -> None:
-        """End the task where it waits."""
+        """Close the waiting task."""
         self.ticket += 1
         self._task.close()
 
@@ -130,27 +129,27 @@ class Kernel:
         self._scheduled = 0
         self._paused = False
         self._limit = 0.0
-        """Time up to which it runs, s."""
+        """End time of the present `run_until`, s."""
         self.last_of_event = False
-        """Whether nothing of the present event follows the task that is running."""
+        """Whether the running task is the last action of the present event."""
 
     def call_at(self, t: float, function: Callable[..., None], *arguments: object) -> None:
-        """Call `function(*arguments)` at time `t` (s), at the present instant when `t` is past."""
+        """Call `function(*arguments)` at time `t` (s), or now if `t` is past."""
         self._scheduled += 1
         heappush(self._queue, (t if t > self.now else self.now, self._scheduled, function, arguments))
 
     def spawn(self, task: Task) -> Runner:
-        """Start a task at the present instant; the result can stop it."""
+        """Start a task now; return its runner, for stopping."""
         runner = Runner(self, task)
         self.call_at(self.now, runner.wake, 0, True)
         return runner
 
     def next_event(self) -> float | None:
-        """Return the time (s) of the next event, None when nothing is scheduled."""
+        """Return the time (s) of the next event, or None if the queue is empty."""
         return self._queue[0][0] if self._queue else None
 
     def run_until(self, t: float) -> None:
-        """Run events up to and including time `t` (s), or up to the event that calls `pause`."""
+        """Run all events up to and including time `t` (s), or until an event calls `pause`."""
         queue = self._queue
         self._paused = self.last_of_event = False
         self._limit = t
@@ -163,16 +162,16 @@ class Kernel:
         self.now = max(self.now, t)
 
     def pass_until(self, t: float) -> bool:
-        """Let time pass to `t` (s) within the running task if `is_free_until` it; return whether it did."""
+        """Advance time to `t` (s) within the running task if `is_free_until(t)`; return whether time was free."""
         free = self.is_free_until(t)
         if free and t > self.now:
             self.now = t
         return free
 
     def is_free_until(self, t: float) -> bool:
-        """Return whether the running task may act at once as it would at `t` (s): nothing else is due until then.
+        """Return whether no other event is due until `t` (s), so that the running task may jump there at once.
 
-        What is due at `t` itself, at the present instant when `t` is past, was there before the task, and comes first.
+        An event due exactly at `t` (or now, if `t` is past) was scheduled earlier and must run first.
         """
         if not self.last_of_event or self._paused or t > self._limit:
             return False
@@ -180,12 +179,12 @@ class Kernel:
         return not queue or queue[0][0] > (t if t > self.now else self.now)
 
     def pause(self) -> None:
-        """Let `run_until` return after the present event, time standing where it is."""
+        """Make `run_until` return after the present event, without advancing time further."""
         self._paused = True
 
 
 class Mutex:
-    """A lock between tasks, like the semaphore that guards the servo UART."""
+    """Lock between tasks, like the semaphore of the servo UART."""
 
     __slots__ = ("_released", "held")
 
@@ -194,26 +193,26 @@ class Mutex:
         self.held = False
 
     def try_take(self) -> bool:
-        """Take the lock if it is free; return whether it was."""
+        """Take the lock if it is free; return whether it was taken."""
         if self.held:
             return False
         self.held = True
         return True
 
     def take(self) -> Task:
-        """Take the lock, waiting for it as long as it needs (`yield from`)."""
+        """Wait for the lock and take it (`yield from`)."""
         while self.held:
             yield self._released
         self.held = True
 
     def give(self) -> None:
-        """Give the lock back and wake those who wait for it."""
+        """Release the lock and wake the waiting tasks."""
         self.held = False
         self._released.fire()
 
 
 class VirtualClock:
-    """Owns time by running the kernel; has the shape of the driver's clock."""
+    """Clock that advances by running the kernel; implements the driver's clock interface."""
 
     def __init__(self, kernel: Kernel) -> None:
         self._kernel = kernel
@@ -223,6 +222,6 @@ class VirtualClock:
         return self._kernel.now
 
     def sleep_until(self, t: float) -> None:
-        """Run everything up to `t` (s); nothing happens when it is past."""
+        """Run all events up to `t` (s); a past time has no effect."""
         if t > self._kernel.now:
             self._kernel.run_until(t)

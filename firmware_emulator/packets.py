@@ -1,4 +1,4 @@
-"""Feetech SCS packets: building them, and finding them in a stream of bytes. Nothing here knows time or servos.
+"""Encoder and stream parser of Feetech SCS packets, independent of time and servos.
 
 `FF FF id length code parameters... checksum`, length = number of parameters + 2, checksum = inverted low byte of the
 sum from id to the last parameter. The code is an instruction on the way out and an error byte on the way back.
@@ -39,7 +39,7 @@ class Packet(NamedTuple):
     code: int
     """Instruction, or the error byte of a status packet."""
     parameters: bytes
-    """What follows the code, without the checksum."""
+    """Bytes after the code, without the checksum."""
 
 
 def pack(servo: int, code: int, parameters: bytes = b"") -> bytes:
@@ -50,20 +50,20 @@ def pack(servo: int, code: int, parameters: bytes = b"") -> bytes:
 
 @lru_cache(maxsize=512)
 def _head(servo: int, length: int, code: int) -> tuple[bytes, int]:
-    """Return what stands before the parameters, and what it adds to the sum."""
+    """Return the bytes before the parameters and their contribution to the checksum."""
     body = bytes((servo, length, code))
     return HEADER + body, sum(body)
 
 
 _CHECKSUMS = [bytes((~total & 0xFF,)) for total in range(256)]
-"""Checksum by the low byte of the sum."""
+"""Checksum byte, indexed by the low byte of the sum."""
 
 
 class PacketParser:
-    """Cuts a byte stream into instruction packets, as a servo's receiver does.
+    """Parser of a byte stream into instruction packets, modelled on a servo's receiver.
 
-    Bytes before a header are skipped; a packet with a wrong checksum is dropped and the search continues behind its
-    header, so that a good packet behind a damaged one is still found. At most one unfinished packet is kept.
+    Bytes before a header are skipped. After a wrong checksum the search continues behind the header, so that a good
+    packet after a damaged one is still found. At most one partial packet is buffered.
     """
 
     def __init__(self) -> None:
@@ -72,15 +72,15 @@ class PacketParser:
 
     @property
     def has_begun(self) -> bool:
-        """Whether the beginning of a packet is there."""
+        """Whether a partial packet is buffered."""
         return bool(self._pending)
 
     def clear(self) -> None:
-        """Forget a packet that was begun, as a servo does when the line falls silent."""
+        """Drop a partial packet, as a servo does after a silence on the line."""
         self._pending = b""
 
     def feed(self, data: bytes) -> list[tuple[int, Packet]]:
-        """Take bytes; return the packets they complete, each with the number of bytes of `data` up to its end."""
+        """Parse bytes; return the completed packets, each with the number of bytes of `data` up to its end."""
         if not self._pending and (known := self._whole.get(data)) is not None:
             return [(len(data), known)]
         pending = self._pending + data
@@ -114,7 +114,7 @@ class PacketParser:
         return found
 
     def _remember(self, data: bytes, packet: Packet) -> None:
-        # The firmware sends few different packets very often; parsing each once keeps the telemetry cycle lean.
+        # The firmware repeats few distinct packets; parsing each once keeps the telemetry cycle fast.
         if len(self._whole) >= 64:
             self._whole.clear()
         self._whole[data] = packet

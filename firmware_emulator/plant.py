@@ -1,11 +1,11 @@
-"""The interface behind the servos: output shafts and whatever hangs on them.
+"""Plant interface: the servos' output shafts and the mechanics behind them.
 
-The electronics know this interface and no implementation. `model` implements it with the built hand and with the joints
-of any MJCF file, `bench` here with seven bare shafts.
+The electronics depend on this interface only. `model` implements it for the built hand and for the joints of any MJCF
+file, `bench` for seven bare shafts.
 
-Of the hand, which has seven: a shaft's angle is zero at the fully extended hand and grows as its channel closes (paper
-section "Notation", theta). Shafts are listed in command order: index, middle, ring, pinky, thumb abduction, thumb CMC
-flexion, thumb flexor.
+Convention for the hand: a shaft's angle is zero at the fully extended hand and grows as its channel closes (paper
+section "Notation", theta). The seven shafts are in command order: index, middle, ring, pinky, thumb abduction, thumb
+CMC flexion, thumb flexor.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SHAFTS = 7
 
 @dataclass(frozen=True)
 class Drive:
-    """What one servo asks of its motor until it asks for something else.
+    """Control law of one servo's motor, in force until the next drive.
 
     `effort = clip(torque + stiffness * (setpoint - angle) - damping * speed, -limit, limit)` is the motor's voltage;
     `clip(effort - back_emf, -current_limit, current_limit)`, with the plant's back-EMF, turns the shaft.
@@ -40,18 +40,18 @@ class Drive:
     limit: float = 0.0
     """Bound on the effort, N m, not negative."""
     current_limit: float = math.inf
-    """Bound on the effort less back-EMF, N m: a torque limit holds a blocked shaft back and not a fast one."""
+    """Bound on the effort less back-EMF, N m; limits the torque of a blocked shaft, not of a fast one."""
     powered: bool = True
-    """Whether the winding is driven; when not, there is no back-EMF either and the shaft turns freely."""
+    """Whether the winding is driven; an undriven one has no back-EMF and turns freely."""
 
     def effort(self, setpoint: float, angle: float, speed: float) -> float:
-        """Return the effort, N m, with another goal, rad, of a shaft at an angle, rad, and a speed, rad/s."""
+        """Return the effort (N m) for a setpoint (rad), at an angle (rad) and speed (rad/s) of the shaft."""
         effort = self.torque + self.stiffness * (setpoint - angle) - self.damping * speed
         return min(max(effort, -self.limit), self.limit)
 
 
 class ShaftState(NamedTuple):
-    """Shafts at one instant, in command order; nobody writes to it."""
+    """State of the shafts at one instant, in command order; treat the lists as read-only."""
 
     angles: list[float]
     """rad."""
@@ -62,7 +62,7 @@ class ShaftState(NamedTuple):
 
 
 class Plant(Protocol):
-    """Shafts in time, a base of those that work out `state`. Everything is deterministic; no wall clock is read."""
+    """Deterministic simulation of shafts on virtual time; implementations supply `state`."""
 
     @property
     def time(self) -> float:
@@ -70,7 +70,7 @@ class Plant(Protocol):
         ...
 
     def advance_to(self, t: float) -> None:
-        """Integrate to exactly `t` (s) with the present drives; nothing happens when `t` is not later than `time`."""
+        """Integrate to exactly `t` (s) with the present drives; no effect unless `t` is later than `time`."""
         ...
 
     def drive(self, shaft: int, drive: Drive) -> None:
@@ -78,7 +78,7 @@ class Plant(Protocol):
         ...
 
     def set_setpoint(self, shaft: int, setpoint: float) -> None:
-        """Change only the goal angle (rad) of one shaft's present drive; the cheap call a motion profile makes."""
+        """Change only the goal angle (rad) of one shaft's drive; the cheap call for motion profiles."""
         ...
 
     def state(self) -> ShaftState:
@@ -86,7 +86,7 @@ class Plant(Protocol):
         ...
 
     def angles(self) -> NDArray[np.float64]:
-        """Return shaft angles, (n,) float, rad; of the hand, positive closes."""
+        """Return shaft angles, (n,) float, rad; positive closes the hand."""
         return np.array(self.state().angles)
 
     def speeds(self) -> NDArray[np.float64]:
@@ -94,5 +94,5 @@ class Plant(Protocol):
         return np.array(self.state().speeds)
 
     def efforts(self) -> NDArray[np.float64]:
-        """Return the clipped efforts of the drives at the present state, (n,) float, N m, before back-EMF."""
+        """Return the present clipped efforts of the drives, (n,) float, N m, before back-EMF."""
         return np.array(self.state().efforts)

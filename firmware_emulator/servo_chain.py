@@ -1,4 +1,4 @@
-"""Servos on one bus and the plant that they turn, on one clock. Nothing here knows what the plant is."""
+"""Servos on one bus with any plant, on one clock."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from firmware_emulator.servo.servo import Servo
 from firmware_emulator.servo.shafts import Shafts
 
 HOUSEKEEPING_S = 0.1
-"""Period at which servos heat up and check their protections, s."""
+"""Update period of the servos' temperatures and protections, s."""
 
 
 class MountedServo(NamedTuple):
     """One servo of a chain."""
 
     id: int
-    """Its ID on the bus; two servos may have the same."""
+    """Bus ID; duplicates are allowed."""
     mounting: Mounting
-    """How it sits on its shaft."""
+    """Mounting of the servo on its shaft."""
     parameters: ServoParameters
-    """Its kind and its physics."""
+    """Servo model and physical parameters."""
 
 
 class ServoChain:
     """Powered servos with their torque off, at time zero."""
 
     def __init__(self, plant: Plant, servos: Sequence[MountedServo], *, seed: int = 0) -> None:
-        """Mount servos on a plant whose time has not begun; loop and turnaround times are those of the first servo.
+        """Mount servos on a plant at time zero; the first servo sets the loop and turnaround times of all.
 
         Args:
-            plant: what the servos turn.
-            servos: in the order of `self.servos`.
-            seed: of all noise.
+            plant: mechanics driven by the servos.
+            servos: servos to mount, in the order of `self.servos`.
+            seed: seed of all noise.
 
         Raises:
-            ValueError: no servo at all.
+            ValueError: `servos` is empty.
         """
         if not servos:
             raise ValueError("a chain has at least one servo")
@@ -56,12 +56,12 @@ class ServoChain:
         self.kernel.spawn(self._look_after_servos())
 
     def supply(self, volts: float) -> None:
-        """Let the servos measure another supply (V); what it does to their motors is the plant's."""
+        """Set the supply voltage (V) that the servos measure; the effect on the motors is up to the plant."""
         for servo in self.servos:
             servo.feedback.volts = volts
 
     def retime(self, parameters: ServoParameters) -> None:
-        """Let all servos act and answer as late as this kind does."""
+        """Apply the goal delay and turnaround time of `parameters` to all servos."""
         for servo in self.servos:
             servo.parameters = replace(servo.parameters, goal_delay_s=parameters.goal_delay_s)
         self.bus.turnaround_s = parameters.turnaround_s

@@ -1,7 +1,7 @@
-"""The servo library on the ESP32 as tasks: what it sends, what it accepts as an answer, and how long it waits.
+"""Servo library of the ESP32 as tasks (called with `yield from`): requests, answer checks and time-outs.
 
-Source: FTServo_Arduino v2.0.0 (64922cd), `SCS.cpp`, `SCSerial.cpp`, `HLSCL.cpp`. Its clock is `millis()`, so a wait of
-"more than 10 ms" ends on the first whole millisecond after 11 have begun. Methods are tasks, called with `yield from`.
+Source: FTServo_Arduino v2.0.0 (64922cd), `SCS.cpp`, `SCSerial.cpp`, `HLSCL.cpp`. The library measures time with
+`millis()`, so a wait of "more than 10 ms" ends when the counter has advanced by 11.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from firmware_emulator.packets import BROADCAST, HEADER, Instruction, pack
 BYTE_TIMEOUT_MS = 10
 SYNC_WINDOW_MS = 8
 HEADER_BYTES = 11
-"""The header has to be complete within this many bytes."""
+"""Number of bytes within which the header must be complete."""
 
 TRAIN_BUFFER = 512
-"""What a sync read is received into, with room for what the library reads behind its end."""
+"""Size of the sync-read buffer, bytes, with room for the library's reads past its end."""
 
 _request = lru_cache(maxsize=256)(pack)
-"""The firmware sends few different packets very often."""
+"""Cached `pack`: the firmware repeats few distinct packets."""
 
 
 def _after_ms(t: float, limit_ms: int) -> float:
-    """Time (s) at which `millis()` differs from its value at `t` by more than `limit_ms`."""
+    """Return the time (s) at which `millis()` exceeds its value at `t` by more than `limit_ms`."""
     return (milliseconds(t) + limit_ms + 1) / 1000.0
 
 
 class UartMaster:
-    """The only user of the servo UART; callers guard it with the bus lock."""
+    """Sole user of the servo UART; callers hold the bus lock."""
 
     def __init__(self, bus: ServoBus) -> None:
         self._kernel = bus.kernel
@@ -41,27 +41,27 @@ class UartMaster:
         self._arrived_in_train = Signal(bus.kernel)
         self._trains = bytearray(TRAIN_BUFFER)
         self._at_once: list[Answer] = []
-        """Answers that came at once and were not written into the buffer yet."""
+        """Answers of a one-step sync read, not yet copied to the buffer."""
 
     def ping(self, servo: int) -> Task:
         """Return whether a servo acknowledges a PING."""
         return self._acknowledged(servo, Instruction.PING, b"")
 
     def write(self, servo: int, address: int, data: bytes) -> Task:
-        """Write registers; return whether it was acknowledged (the error byte is not looked at)."""
+        """Write registers; return whether the servo acknowledged (its error byte is ignored)."""
         return self._acknowledged(servo, Instruction.WRITE, bytes((address,)) + data)
 
     def calibrate(self, servo: int) -> Task:
-        """Send the instruction that makes the present position 2048; return whether it was acknowledged."""
+        """Make the present position 2048 (CALIBRATE); return whether the servo acknowledged."""
         return self._acknowledged(servo, Instruction.CALIBRATE, b"")
 
     def read(self, servo: int, address: int, count: int) -> Task:
-        """Return `count` bytes from a servo's registers, None when no valid answer came."""
+        """Return `count` bytes of a servo's registers, or None without a valid answer."""
         self._send(_request(servo, Instruction.READ, bytes((address, count))))
         if not (yield from self._header()):
             return None
         start = yield from self._take(3)
-        # A wrong ID or length is refused before the rest is waited for.
+        # As in the library, a wrong ID or length ends the read without waiting for the remaining bytes.
         if start is None or start[:2] != bytes((servo, count + 2)):
             return None
         data = yield from self._take(count)
@@ -69,13 +69,13 @@ class UartMaster:
         return data if check is not None and ~sum(start + data) & 0xFF == check[0] else None
 
     def sync_write(self, address: int, rows: Sequence[tuple[int, bytes]]) -> None:
-        """Write the same registers of several servos, `(servo, data)` each; nothing answers."""
+        """Write registers of several servos, one `(servo, data)` row each, without an answer."""
         size = len(rows[0][1])
         body = b"".join(bytes((servo,)) + data for servo, data in rows)
         self._send(_request(BROADCAST, Instruction.SYNC_WRITE, bytes((address, size)) + body))
 
     def sync_read(self, address: int, count: int, servos: tuple[int, ...]) -> Task:
-        """Return the registers of all `servos`, None as soon as one answer is missing or damaged."""
+        """Return the registers of all `servos`, or None if any answer is missing or damaged."""
         request = _request(BROADCAST, Instruction.SYNC_READ, bytes((address, count, *servos)))
         deadline = _after_ms(self._kernel.now, SYNC_WINDOW_MS)
         self._received.clear()
@@ -83,7 +83,7 @@ class UartMaster:
         if answers is not None:
             self._at_once = answers
             blocks = [block for _, _, block in answers]
-            # Nothing in them looks like a header: the search below would find each in its place.
+            # Without an FF no block contains a header, so the search below would find each in its place.
             if b"\xff" not in b"".join(blocks):
                 return blocks
         size = len(servos) * (count + 6)
@@ -93,7 +93,7 @@ class UartMaster:
             if not (yield self._arrived_in_train, deadline):
                 break
             taken += self._pull(size - len(taken))
-        # The buffer is not emptied: behind a train that was cut short stands what came before.
+        # As in the library, the buffer is not cleared: a short train is followed by older bytes.
         train[: len(taken)] = taken
         if _is_regular(taken, servos, count):
             return [taken[at + 5 : at + 5 + count] for at in range(0, size, count + 6)]
@@ -101,7 +101,7 @@ class UartMaster:
         return None if None in found else found
 
     def _buffered_trains(self) -> bytearray:
-        """Return the buffer of trains, with the answers that came at once in it."""
+        """Return the sync-read buffer after copying the pending one-step answers into it."""
         train, self._at_once = b"".join(pack(*answer) for answer in self._at_once), []
         self._trains[: len(train)] = train
         return self._trains
@@ -119,21 +119,21 @@ class UartMaster:
 
     def _receive(self, data: bytes) -> None:
         self._received += data
-        # Where two tasks poll at once, in the repair after homing, the one whose tick came last looks first.
+        # If two tasks poll at once (repair after homing), the one with the later tick polls first.
         self._arrived_in_train.fire()
         self._arrived.fire()
 
     def _pull(self, count: int) -> bytes:
-        """Take up to `count` bytes of what is there."""
+        """Remove and return up to `count` received bytes."""
         taken = bytes(self._received[:count])
         del self._received[:count]
         return taken
 
     def _header(self) -> Task:
-        """Drop bytes up to a header; return whether one came in time."""
+        """Drop bytes up to a header; return whether a header arrived in time."""
         seen = b""
         while len(seen) < HEADER_BYTES:
-            # As many as a header still lacks at least: two, or one behind a first FF.
+            # Minimum number of bytes missing from a header: two, or one after a first FF.
             more = yield from self._take(1 if seen.endswith(b"\xff") else min(2, HEADER_BYTES - len(seen)))
             if more is None:
                 return False
@@ -143,12 +143,12 @@ class UartMaster:
         return False
 
     def _take(self, count: int) -> Task:
-        """Return the next `count` bytes, None once no byte has come for the time-out."""
+        """Return the next `count` bytes, or None if no byte arrives within the time-out."""
         taken = self._pull(count)
         deadline = _after_ms(self._kernel.now, BYTE_TIMEOUT_MS)
         while len(taken) < count:
             arrived = yield self._arrived, deadline
-            # A task whose tick has come goes before one that polls, as in the main loop.
+            # Tasks that are due at a tick run before one that polls, as in the main loop.
             yield TASK_YIELD
             yield TASK_YIELD
             if more := self._pull(count - len(taken)):
@@ -160,9 +160,9 @@ class UartMaster:
 
 
 def _is_regular(train: bytes, servos: Sequence[int], count: int) -> bool:
-    """Whether a train holds the right answers in their places and nothing else that looks like a header.
+    """Return whether a train consists of the expected answers in order, without any other header pattern.
 
-    A search would then find them there, at many times the cost.
+    Shortcut: the full search gives equal results at many times the cost.
     """
     each, answers = count + 6, len(servos)
     return (
@@ -176,15 +176,15 @@ def _is_regular(train: bytes, servos: Sequence[int], count: int) -> bool:
 
 
 def _find_answer(train: bytes, size: int, servo: int, count: int) -> bytes | None:
-    """Return one servo's registers from a train of answers as the library finds them, None when it does not.
+    """Return one servo's registers from a train of answers by the library's search, or None.
 
-    It looks for a header and an ID everywhere, believes a length and a checksum even behind `size`, and gives up at
-    the first checksum that is wrong.
+    The library searches the whole train for a header and the ID, accepts length and checksum bytes even behind `size`,
+    and gives up at the first wrong checksum.
     """
     at = 0
     while at + 6 + count <= size:
         header = train.find(HEADER, at, size)
-        # The byte behind the last FF is the ID; without a header it is the last byte of all.
+        # The byte after the last FF is the ID; without a header, the last byte of the train is used.
         while header >= 0 and header + 2 < size and train[header + 2] == 0xFF:
             header += 1
         at = header + 3 if 0 <= header < size - 2 else size

@@ -1,7 +1,7 @@
-"""The board: its memory and its receive queue; what runs on it are the tasks of the other modules.
+"""State of the board: RAM and receive queue. The tasks that run on the board are in the other modules.
 
-What the lock covers: every use of the servo UART while the telemetry task exists. The task only tries it, so a long
-holder (homing, SET_ID) freezes the telemetry and delays nothing else.
+The lock guards every use of the servo UART while the telemetry task exists. The telemetry task skips a cycle if the
+lock is taken, so a long holder (homing, SET_ID) only freezes the telemetry.
 """
 
 from __future__ import annotations
@@ -19,71 +19,71 @@ from firmware_emulator.kernel import Kernel, Mutex, Runner, Signal, Task, on_gri
 from firmware_emulator.uart_master import UartMaster
 
 QUEUE_SIZE = 256
-"""Receive queue of the USB driver; bytes beyond it are dropped (arduino-esp32 HWCDC)."""
+"""Receive queue of the USB driver, bytes; excess bytes are dropped. Source: arduino-esp32 HWCDC."""
 POSITION, TORQUE = "position", "torque"
 _BLOCK = Struct("<HH3xB5xH")
-"""Position, speed, temperature and current in the feedback block."""
+"""Layout of position, speed, temperature and current in the feedback block."""
 
 
 class Window:
-    """Where each channel's travel begins and ends, counts by servo ID; only the open ends are stored."""
+    """Open and closed end of each channel's travel, counts by servo ID; only the open ends are stored in NVS."""
 
     def __init__(self, hand: HandConfig, nvs: Nvs) -> None:
         self.extend = [nvs.extend(channel, baseline) for channel, baseline in enumerate(hand.extend)]
         self.grasp = list(hand.grasp)
 
     def reset(self, hand: HandConfig) -> None:
-        """Go back to the window that is compiled in."""
+        """Restore the window that is compiled in."""
         self.extend[:] = hand.extend
         self.grasp[:] = hand.grasp
 
     def shift(self, channel: int, counts: int) -> None:
-        """Move both ends of a channel."""
+        """Move both ends of a channel's window by `counts`."""
         self.extend[channel] += counts
         self.grasp[channel] += counts
 
 
 @dataclass
 class TorqueState:
-    """What torque mode remembers, by servo ID."""
+    """State of torque mode, by servo ID."""
 
     commanded: list[int] = field(default_factory=lambda: [0] * CHANNELS)
     """Signed torque of the last command, register units."""
     outside: list[bool] = field(default_factory=lambda: [False] * CHANNELS)
     """Whether the soft limit has seen the channel outside its window."""
     next_look_ms: int = 0
-    """When the soft limit is due again, ms."""
+    """Time of the next soft-limit check, ms."""
 
 
 class Telemetry:
-    """The last complete reading of all servos, as the host words that the board answers with.
+    """Last complete reading of all servos, as host words.
 
-    The board reads a hundred times a second and a host asks less often, so words are made when they are asked for.
+    Words are computed on access: the board reads at 100 Hz and a host requests them less often.
     """
 
     def __init__(self, blocks: Sequence[bytes], extend: Sequence[int], grasp: Sequence[int]) -> None:
-        """Keep blocks of registers 56 to 70, and both ends of the window (counts) as they are now."""
+        """Store blocks of registers 56 to 70 and copies of the window ends (counts)."""
         self._blocks, self._extend, self._grasp = blocks, extend, grasp
         self._unpacked: tuple[tuple[int, ...], ...] | None = None
 
     @property
     def positions(self) -> Sequence[int]:
-        """Share of the window, 0..65535."""
+        """Fraction of the window, 0..65535."""
         return list(map(to_host, self._registers()[0], self._extend, self._grasp))
 
     @property
     def speeds(self) -> Sequence[int]:
-        """Signed, register units."""
+        """Signed speeds, register units."""
         return list(map(signed, self._registers()[1]))
 
     @property
     def currents(self) -> Sequence[int]:
-        """Signed, register units."""
+        """Signed currents, register units."""
         return list(map(signed, self._registers()[3]))
 
     @property
     def temperatures(self) -> Sequence[int]:
-        """°C."""
+        """Temperatures, °C."""
         return self._registers()[2]
 
     def _registers(self) -> tuple[tuple[int, ...], ...]:
@@ -93,7 +93,7 @@ class Telemetry:
 
 
 NOTHING_READ = Telemetry((bytes(_BLOCK.size),) * CHANNELS, (0,) * CHANNELS, (0,) * CHANNELS)
-"""What the cache holds until all servos have answered once: zeros."""
+"""Initial telemetry: zeros, until all servos have answered once."""
 
 
 class Board:
@@ -110,7 +110,7 @@ class Board:
         transmit: Callable[[bytes], None],
         host_latency_s: float,
     ) -> None:
-        """Reset the firmware: RAM at its defaults, the extend values from NVS."""
+        """Reset the firmware: RAM to defaults, extend values from NVS."""
         self.kernel = kernel
         self.uart = uart
         self.profile = profile
@@ -130,7 +130,7 @@ class Board:
         self.queued = Signal(kernel)
 
     def start(self, task: Task) -> None:
-        """Start a task that lives until the board is reset."""
+        """Start a task that runs until the board is reset."""
         self._tasks.append(self.kernel.spawn(task))
 
     def stop(self) -> None:
@@ -139,7 +139,7 @@ class Board:
             task.stop()
 
     def receive(self, data: bytes) -> None:
-        """Take bytes from the host; the firmware sees them after the host's latency."""
+        """Receive bytes from the host; they reach the firmware after the host latency."""
         self.kernel.call_at(on_grid(self.kernel.now + self._host_latency_s), self._arrive, bytes(data))
 
     def _arrive(self, data: bytes) -> None:
@@ -148,7 +148,7 @@ class Board:
             self.queued.fire()
 
     def next_frame(self) -> bytes | None:
-        """Take 16 bytes from wherever the queue stands, without any resynchronisation; None while there are fewer."""
+        """Remove and return the next 16 bytes, without resynchronisation, or None if fewer are queued."""
         if len(self._queue) < FRAME_SIZE:
             return None
         frame = bytes(self._queue[:FRAME_SIZE])
@@ -156,14 +156,14 @@ class Board:
         return frame
 
     def enter_mode(self, mode: str, register_value: int) -> Task:
-        """Switch all servos to a mode if the firmware believes they are in the other one; the lock is held."""
+        """Switch all servos to `mode` if the firmware assumes another one; the caller holds the lock."""
         if self.mode != mode:
             for servo in SERVOS:
                 yield from self.uart.write(servo, 33, bytes((register_value,)))
             self.mode = mode
 
     def torque_cap(self, channel: int, torque: int) -> int:
-        """Return a torque (register units) after the thermal clamp, which looks at the cached temperature only."""
+        """Return `torque` (register units) clamped by the cached temperature of the channel."""
         hot = self.profile.hot
         if hot is not None and self.telemetry.temperatures[channel] >= hot[0]:
             return min(torque, hot[1])

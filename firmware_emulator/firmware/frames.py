@@ -1,8 +1,8 @@
-"""Host frames: 16 bytes both ways, opcode, filler, seven little-endian words in wire order; no checksum, no sync.
+"""Host frames: 16 bytes in both directions: opcode, filler, seven little-endian words; no checksum, no sync.
 
-Between words and servo counts stands the firmware's integer arithmetic, to the bit. Divisions truncate toward zero, and
-the way back is a signed 32-bit product that wraps: a slightly negative position, whose register word is read as
-unsigned, comes out at the wrong end.
+Words and servo counts are converted by the firmware's integer arithmetic, bit for bit. Divisions truncate toward zero.
+The conversion to words uses a signed 32-bit product that wraps, and reads the position register as unsigned: a slightly
+negative position is therefore reported at the wrong end.
 
 Source: aero-open-firmware d7bd82e, `firmware_v0.1.0.ino`.
 """
@@ -18,11 +18,11 @@ CHANNELS = 7
 FULL = 65535
 MAX_COUNTS = 4095
 FRAME = Struct("<BB7H")
-"""Opcode, filler and words of a frame."""
+"""Layout of a frame: opcode, filler, seven words."""
 
 
 class Opcode(IntEnum):
-    """What the firmware answers to; everything else is consumed in silence."""
+    """Opcodes known to the firmware; frames with any other opcode are dropped without a reply."""
 
     HOMING = 0x01
     SET_ID = 0x02
@@ -44,13 +44,13 @@ def words_of(frame: bytes) -> tuple[int, ...]:
 
 
 def reply(opcode: int, words: Sequence[int]) -> bytes:
-    """Return a frame from up to seven words (unsigned, or signed 16-bit); missing ones are zero."""
+    """Return a frame of up to seven words (unsigned, or signed 16-bit), padded with zeros."""
     payload = [word & 0xFFFF for word in words]
     return FRAME.pack(opcode, 0, *payload, *(0,) * (CHANNELS - len(payload)))
 
 
 def divide(numerator: int, denominator: int) -> int:
-    """Integer division that truncates toward zero, as in C."""
+    """Return the quotient truncated toward zero, as in C."""
     quotient = abs(numerator) // abs(denominator)
     return quotient if (numerator < 0) == (denominator < 0) else -quotient
 
@@ -63,7 +63,7 @@ def to_counts(word: int, extend: int, grasp: int) -> int:
 
 
 def to_word(counts: int, extend: int, grasp: int) -> int:
-    """Return the host word (0..65535) of a goal: the smallest for which `to_counts` gives this goal, in the window."""
+    """Return the smallest host word (0..65535) that `to_counts` maps to this goal, clipped to the window."""
     span = abs(grasp - extend)
     if not span:
         return 0
@@ -72,12 +72,12 @@ def to_word(counts: int, extend: int, grasp: int) -> int:
 
 
 def to_host(position_word: int, extend: int, grasp: int) -> int:
-    """Return the host word (0..65535) for a position register word, sign bit and all."""
+    """Return the host word (0..65535) of a position register word, with its sign bit read as part of the number."""
     if grasp == extend:
         return 0
     product = (position_word - extend) * FULL
     if not -0x80000000 <= product <= 0x7FFFFFFF:
         product = (product + 0x80000000 & 0xFFFFFFFF) - 0x80000000
-    # Exact: a quotient of these sizes is never closer to a whole number than a double can tell.
+    # Exact: quotients of this magnitude differ from whole numbers by more than the resolution of a double.
     word = int(product / (grasp - extend))
     return word if 0 <= word <= FULL else 0 if word < 0 else FULL

@@ -1,4 +1,4 @@
-"""Which servo moves what, and the windows compiled into the firmware for a right and a left hand.
+"""Servo assignment, and the windows compiled into the firmware for right and left hands.
 
 Source: aero-open-firmware d7bd82e, `HandConfig.h`; unchanged up to v0.2.0.
 """
@@ -20,7 +20,7 @@ EXTEND_ANGLE_DEG = (0.0, 0.0, -15.2789, 0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class HandConfig:
-    """One hand's constants, by servo ID."""
+    """Firmware constants of one side, by servo ID."""
 
     label: str
     """Name in the boot text."""
@@ -29,7 +29,7 @@ class HandConfig:
     grasp: tuple[int, ...]
     """Counts at the closed end."""
     direction: tuple[int, ...]
-    """Sign used by homing and the boot text only."""
+    """Direction sign, used only by homing and the boot text."""
 
 
 HANDS: dict[HandSide, HandConfig] = {

@@ -1,8 +1,8 @@
-"""Runs a `HomingPlan` on the bus, one library call after the other, as the firmware does.
+"""Homing: executes a `HomingPlan` on the bus with the firmware's sequence of library calls.
 
-Each channel searches until its current reaches a threshold, which is where the mechanism stops it, or until time is
-up; either way the place is taken for the contact. The search goal of +-50000 does not fit the library's 16 bits and
-comes out as -+15536, so the search goes against the direction in the table. No failure is ever reported.
+Each channel searches until its current reaches a threshold (contact with an end stop) or until a time-out; in both
+cases the position counts as the contact. The search goal of +-50000 overflows the library's 16 bits to -+15536, so the
+search runs against the direction in the table. Failures are never reported.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ CURRENT_LIMIT = 1023
 
 
 def home(board: Board) -> Task:
-    """Home all channels and store the extend values; the bus lock is held until the last move is sent."""
+    """Home all channels and store the extend values, holding the bus lock up to the last move."""
     plan = board.profile.homing
     yield from board.lock.take()
     board.window.reset(board.hand)
@@ -53,7 +53,7 @@ def home(board: Board) -> Task:
         yield from _go(board, channel, board.window.extend[channel], plan.final_move)
     board.lock.give()
     if plan.repairs_current_limit:
-        # Without the lock, as in the firmware: a host-requested homing races the telemetry task here.
+        # Without the lock, as in the firmware: a homing requested by the host races the telemetry task here.
         for channel in range(len(plan.steps)):
             yield from _repair_current_limit(board, channel)
     for channel, extend in enumerate(board.window.extend):
@@ -61,9 +61,9 @@ def home(board: Board) -> Task:
 
 
 def assume_homed(board: Board) -> Task:
-    """Leave firmware and servos as `home` leaves them, without searching: the counts are taken for right.
+    """Set firmware and servos to their state after `home`, without a search; the present counts are trusted.
 
-    Extend values in the storage are kept: they are what was homed then, and trimmed since.
+    Stored extend values are kept: they are the result of an earlier homing and later trims.
     """
     plan = board.profile.homing
     board.window.reset(board.hand)
@@ -80,7 +80,7 @@ def assume_homed(board: Board) -> Task:
 
 
 class _Group:
-    """Channels that search together, and what each of them does afterwards."""
+    """Channels that search simultaneously, followed by each channel's steps."""
 
     def __init__(self, board: Board, plan: HomingPlan, channels: tuple[int, ...]) -> None:
         self.board = board
@@ -114,7 +114,7 @@ class _Group:
             for channel in tuple(searching):
                 if (yield from self._meets(channel)):
                     searching.remove(channel)
-            # A channel alone leaves at its time-out at once; the fingers, like all that have met, after the tick.
+            # A single channel times out before the tick's wait; a group times out after the wait.
             if alone and milliseconds(kernel.now) - started > plan.timeout_ms:
                 return
             yield ticks_later(kernel.now, 1)
@@ -126,7 +126,7 @@ class _Group:
         yield from _go(self.board, channel, beyond, replace(self._plan.search, torque=self._plan.thresholds[channel]))
 
     def _meets(self, channel: int) -> Task:
-        """Read a channel; return whether its current says that it is stopped."""
+        """Read current and position of a channel; return whether the current indicates contact."""
         board, plan = self.board, self._plan
         current = yield from read_signed(board.uart, channel, "present_current")
         self._position[channel] = yield from read_signed(board.uart, channel, "present_position")

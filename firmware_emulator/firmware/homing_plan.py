@@ -1,4 +1,4 @@
-"""Homing as data: what each version does to each channel, step by step.
+"""Homing plans as data: the steps of each channel in each firmware version.
 
 Sources: aero-open-firmware 46bc858 and d7bd82e, `Homing.cpp`; aero-hand-open 890c98b, 5726320, a39be56, 6a3022d.
 """
@@ -10,23 +10,23 @@ from enum import Enum, auto
 
 
 class HomingTarget(Enum):
-    """Where a move goes."""
+    """Target of a homing move."""
 
     CONTACT = auto()
-    """The last position read while searching."""
+    """Last position read during the search."""
     GRASP = auto()
-    """The closed end of the window."""
+    """Closed end of the window."""
     EXTEND = auto()
-    """The open end of the window."""
+    """Open end of the window."""
     BACK_OFF = auto()
-    """Half a turn away from the contact, toward open."""
+    """Half a turn from the contact toward open."""
     SHORT_OF_EXTEND = auto()
-    """The open end less 625 counts, toward closed."""
+    """625 counts from the open end toward closed."""
 
 
 @dataclass(frozen=True)
 class Move:
-    """One goal write."""
+    """Motion parameters of a goal write."""
 
     speed: int
     """Goal speed, register units."""
@@ -38,12 +38,12 @@ class Move:
 
 @dataclass(frozen=True)
 class Go:
-    """Write a goal and wait, whether or not it is reached."""
+    """Write a goal and wait a fixed time, without checking the position."""
 
     to: HomingTarget
-    """Where to."""
+    """Target of the move."""
     move: Move
-    """How."""
+    """Speed, acceleration and torque of the move."""
     wait_ms: int
     """Pause afterwards, ms."""
 
@@ -58,55 +58,55 @@ class Calibrate:
 
 @dataclass(frozen=True)
 class ReadPosition:
-    """Read where the channel is, for `HomingTarget.BACK_OFF`."""
+    """Read the channel's position, for `HomingTarget.BACK_OFF`."""
 
 
 @dataclass(frozen=True)
 class ShiftWindow:
-    """Move both ends of the window away from the contact."""
+    """Shift both ends of the window away from the contact."""
 
     counts: int
-    """By how much."""
+    """Size of the shift, counts."""
 
 
 Step = Go | Calibrate | ReadPosition | ShiftWindow
 
 
 class Limits(Enum):
-    """What homing does to the servos' angle limits."""
+    """Handling of the servos' angle limits during homing."""
 
     UNTOUCHED = auto()
-    """Nothing."""
+    """Never written."""
     WINDOW = auto()
-    """Open before the search, the window with a margin after it."""
+    """Removed before the search, set to the window plus a margin afterwards."""
     OPEN = auto()
-    """Open before the search, left so."""
+    """Removed before the search and not restored."""
 
 
 @dataclass(frozen=True)
 class HomingPlan:
-    """One version's homing."""
+    """Homing procedure of one firmware version."""
 
     search: Move
-    """How contact is sought; its torque is replaced by the channel's threshold."""
+    """Motion of the search; its torque is replaced by the channel's threshold."""
     thresholds: tuple[int, ...]
-    """Current at which contact is assumed, which is the torque of the search too, register units, by channel."""
+    """Threshold of the current, register units, by channel; at it contact is assumed. Also the search torque."""
     timeout_ms: int
     """Longest search, ms."""
     steps: tuple[tuple[Step, ...], ...]
-    """What follows the contact, by channel."""
+    """Steps after the contact, by channel."""
     groups: tuple[tuple[int, ...], ...]
-    """Channels that search at the same time, in order."""
+    """Groups of channels that search simultaneously, in order."""
     release: Move | None
-    """How a channel of a group waits at its contact for the others; None for groups of one."""
+    """Motion that holds a channel at its contact until its group has finished; None for groups of one."""
     final: tuple[int, ...] = tuple(range(7))
-    """Channels moved to the open end at last."""
+    """Channels moved to the open end in the last step."""
     final_move: Move = Move(2400, 0, 1023)
-    """How."""
+    """Motion of the last step."""
     limits: Limits = Limits.UNTOUCHED
-    """What is done to the angle limits."""
+    """Handling of the angle limits."""
     repairs_current_limit: bool = False
-    """Whether protection currents other than 1023 are set to that afterwards."""
+    """Whether every protection current is set to 1023 afterwards."""
 
 
 _CRAWL = Move(10, 10, 0)
@@ -133,7 +133,7 @@ _FAST_FLEXOR = (
 )
 _FAST_FINGER = (*_FAST_CONTACT, Go(HomingTarget.BACK_OFF, _RUN, 300), Calibrate(30), Go(HomingTarget.EXTEND, _RUN, 0))
 _SHIFT: tuple[Step, ...] = (ShiftWindow(113),)
-"""Ten degrees of 4095 counts a turn, truncated."""
+"""Shift by ten degrees at 4095 counts a turn, truncated."""
 
 HOMING_0_1_0 = HomingPlan(
     search=_CRAWL,

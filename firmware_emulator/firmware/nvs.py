@@ -1,4 +1,4 @@
-"""The ESP32's non-volatile storage: seven extend values that survive a restart, in a file or in memory."""
+"""Non-volatile storage (NVS) of the ESP32: seven extend values, in a file or in memory."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 LARGEST_BYTES = 2**20
-"""Of a file with state; a board's has some hundred."""
+"""Size limit of a state file; real ones have about a hundred bytes."""
 
 
 class Nvs:
-    """Namespace `hand`, keys `ext0` to `ext6`; written through at once."""
+    """Integers of namespace `hand`, keys `ext0` to `ext6`; each write reaches the file at once."""
 
     def __init__(self, path: Path | None = None) -> None:
-        """Open the storage; with a path it is read from and written to that JSON file.
+        """Open the storage, in memory or backed by the JSON file at `path`.
 
         Raises:
-            ValueError: the file is not a JSON object of integers, or there is no folder to keep one in.
+            ValueError: the file is not a JSON object of integers, or its folder is missing or not writable.
         """
         self._path = path
         self._values: dict[str, int] = _stored(path) if path is not None else {}
 
     def extend(self, channel: int, baseline: int) -> int:
-        """Return a channel's stored extend value (counts), the baseline when there is none in 0..4095."""
+        """Return a channel's stored extend value (counts), or the baseline if none in 0..4095 is stored."""
         value = self._values.get(f"ext{channel}", -1)
         return value if 0 <= value <= 4095 else baseline
 
@@ -33,7 +33,7 @@ class Nvs:
         self.store(f"ext{channel}", value)
 
     def items(self) -> list[tuple[str, int]]:
-        """Return every stored number with its key; keys of other namespaces carry theirs, `namespace/key`."""
+        """Return all stored keys and numbers; keys of other namespaces have the form `namespace/key`."""
         return sorted(self._values.items())
 
     def store(self, key: str, value: int) -> None:
@@ -42,22 +42,22 @@ class Nvs:
         self._write()
 
     def forget(self, key: str) -> None:
-        """Take a number away; nothing happens when there is none."""
+        """Delete a key, if present."""
         self._values.pop(key, None)
         self._write()
 
     def _write(self) -> None:
         if self._path is not None:
-            # Replaced as a whole, so that a crash leaves the old values and never half a file.
+            # Written to a draft and renamed, so that a crash never truncates the file.
             draft = self._path.with_name(f".{self._path.name}.{os.getpid()}")
             draft.unlink(missing_ok=True)
-            with draft.open("x", encoding="utf-8") as stream:  # never through a link that waits there
+            with draft.open("x", encoding="utf-8") as stream:  # "x" never follows a planted link
                 stream.write(json.dumps(self._values, indent=1, sort_keys=True) + "\n")
             draft.replace(self._path)
 
 
 def _stored(path: Path) -> dict[str, int]:
-    """Return what a file holds, nothing when there is none yet."""
+    """Return the content of a state file, or an empty dictionary if it does not exist yet."""
     if path.name and not (path.is_symlink() or path.exists()):
         try:
             with TemporaryFile(dir=path.parent):

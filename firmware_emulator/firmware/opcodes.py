@@ -1,4 +1,4 @@
-"""What the firmware does with each opcode, as a table of tasks."""
+"""Handlers of the opcodes, as a table of tasks."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ Handler = Callable[[Board, tuple[int, ...]], Task]
 MAX_SPEED = 32766
 MAX_TORQUE = 1023
 EIGHTHS_OF_COUNTS_PER_DEGREE = 91
-"""The firmware's 11.375 = 4095 / 360, exactly."""
+"""Exact form of the firmware's factor 11.375 = 4095 / 360."""
 UNREAD = 0xFFFF
-"""Position word of an acknowledgement when a reading or a step failed."""
+"""Position word of an acknowledgement after a failed reading or step."""
 ACK_VERSION = 1
-"""Version of the acknowledgement's format, its word 4."""
+"""Format version of the acknowledgement, in word 4."""
 CENTRED, NOT_CENTRED = 0, 1
 CENTRE = range(2000, 2097)
-"""Positions, counts, that are accepted as the middle of a turn."""
+"""Positions accepted as the middle of a turn, counts."""
 SETTLE_MS = 30
 COUNTS_PER_TURN = 4096
 NO_CHANNEL = (0xFFFF, 0)
-"""Acknowledgement of a setting for a channel that does not exist."""
+"""Acknowledgement of a setting for an unknown channel."""
 
 
 def ctrl_pos(board: Board, words: tuple[int, ...]) -> Task:
-    """Send all seven goals in one sync write; nothing is acknowledged."""
+    """Send all seven goals in one sync write, without an acknowledgement."""
     window, acceleration = board.window, board.profile.acceleration
     torques = map(board.torque_cap, SERVOS, board.torque)
     ends = zip(window.extend, window.grasp, strict=True)
@@ -48,20 +48,20 @@ def ctrl_pos(board: Board, words: tuple[int, ...]) -> Task:
     board.lock.give()
 
 
-# A stream of commands says the same of most channels again and again.
+# Streamed commands repeat the goals of most channels.
 @lru_cache(maxsize=1024)
 def _move(word: int, ends: tuple[int, int], speed: int, acceleration: int, torque: int) -> bytes:
     return goal(to_counts(word, *ends), speed=speed, acceleration=acceleration, torque=torque)
 
 
 def home(board: Board, _words: tuple[int, ...]) -> Task:
-    """Home, however long it takes, and acknowledge whatever came of it."""
+    """Home and acknowledge, even after a failed search."""
     yield from homing.home(board)
     board.transmit(reply(Opcode.HOMING, ()))
 
 
 def trim(board: Board, words: tuple[int, ...]) -> Task:
-    """Move the open end of a channel's window by degrees and store it; for an unknown channel, nothing happens."""
+    """Move the open end of a channel's window by degrees and store it; ignore an unknown channel."""
     channel = words[0]
     if channel < CHANNELS:
         shift = divide(int16(words[1]) * EIGHTHS_OF_COUNTS_PER_DEGREE, 8)
@@ -74,9 +74,9 @@ def trim(board: Board, words: tuple[int, ...]) -> Task:
 
 
 def _present(board: Board, channel: int) -> Task:
-    """Return the words that later versions add to the acknowledgement of TRIM: position, 0, its version.
+    """Return the words that later versions append to the acknowledgement of TRIM: position, 0, format version.
 
-    A negative position is said to be unread, and a read that failed (32769) comes out as 1.
+    A negative position is reported as unread, and a failed read (32769) as position 1, as in the firmware.
     """
     yield from board.lock.take()
     position = yield from read_signed(board.uart, channel, "present_position")
@@ -87,8 +87,8 @@ def _present(board: Board, channel: int) -> Task:
 def calibrate_mid(board: Board, words: tuple[int, ...]) -> Task:
     """Make a servo's present position 2048; refuse an unknown channel, and torque mode, without bus traffic.
 
-    Nothing is stored but the servo's own offset: the window of the channel stays, so that the same command means
-    another angle afterwards. The host is told what was read then. Source: aero-open-firmware dd91e5a.
+    Only the servo's offset changes. The channel's window does not, so an equal command means another angle afterwards.
+    The acknowledgement carries the position read back. Source: aero-open-firmware dd91e5a.
     """
     channel = words[0]
     position = None
@@ -106,15 +106,15 @@ def calibrate_mid(board: Board, words: tuple[int, ...]) -> Task:
 
 
 def centre(board: Board, channel: int) -> Task:
-    """Recalibrate and hold; return the position (counts) if every step was acknowledged, else None. The lock is held.
+    """Calibrate and hold a servo; return its position (counts), or None after a failed step. The caller holds the lock.
 
-    A negative position counts as unread, a read that failed (32769) as a position.
+    As in the firmware, a negative position counts as a failed step, but a failed read (32769) as a position.
     """
     uart = board.uart
     calibrated = yield from calibrate(uart, channel)
     yield ticks_later(board.kernel.now, SETTLE_MS)
     position = (yield from read_signed(uart, channel, "present_position")) if calibrated else -1
-    # Mode and lock are written whatever came before.
+    # Mode and lock are written even after a failed step.
     in_mode = yield from write_register(uart, channel, "mode", 0)
     locked = yield from write_register(uart, channel, "lock", 1)
     held = position >= 0 and in_mode and locked

@@ -1,7 +1,7 @@
-"""What distinguishes the firmware versions, as data.
+"""Differences between the firmware versions, as data.
 
 Sources: aero-open-firmware 46bc858 (`pre`), d7bd82e (0.1.0); aero-hand-open 890c98b (0.1.1), 5726320 (0.1.3), 495c161
-(0.1.4), a39be56 (0.1.5), 6a3022d (0.2.0), dd91e5a (`main`); the shipped image of 0.1.2, of which no source was
+(0.1.4), a39be56 (0.1.5), 6a3022d (0.2.0), dd91e5a (`main`); for 0.1.2 the shipped image, as its source was not
 published.
 """
 
@@ -23,14 +23,14 @@ from firmware_emulator.firmware.homing_plan import (
 
 
 class BootHoming(Enum):
-    """When a version homes at boot."""
+    """Condition for homing at boot."""
 
     NEVER = auto()
-    """Only when asked."""
+    """Only on request of the host."""
     ALWAYS = auto()
     """At every boot."""
     ON_POWER = auto()
-    """After power-on and brown-out; other resets skip it and say so."""
+    """After power-on and brown-out; other resets skip homing with a line in the boot text."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class FirmwareProfile:
     """One firmware version."""
 
     version: str
-    """Name, for example `0.2.0`; `pre` is the unreleased one of October 2025 that the paper's hand ran, `main` the main
+    """Name, for example `0.2.0`; `pre` is the unreleased firmware of the paper's hand (October 2025), `main` the main
     branch since July 2026."""
     opcodes: frozenset[int] = frozenset(Opcode) - {Opcode.CALIBRATE_MID}
-    """What it answers to."""
+    """Supported opcodes."""
     speed: int = 32766
     """Default goal speed, register units."""
     acceleration: int = 0
@@ -51,31 +51,31 @@ class FirmwareProfile:
     telemetry_period_ms: int = 10
     """Period of the telemetry task, ms."""
     hot: tuple[int, int] | None = None
-    """From this temperature (°C) on, torques are capped at this (register units)."""
+    """Threshold of the temperature, °C, and the torque cap at or above it, register units; None for no cap."""
     hand_line: bool = True
     """Whether the boot text names the hand."""
     pings: bool = True
     """Whether the boot text reports a ping of each servo."""
     ping_pause_ms: int = 0
-    """Pause after each of those pings, ms."""
+    """Pause after each ping at boot, ms."""
     setup_pause_ms: int = 0
     """Pause after the servo UART is opened, ms."""
     direction_lines: bool = True
     """Whether the boot text lists the servo directions."""
     boot_homing: BootHoming = BootHoming.NEVER
-    """When the firmware homes without being asked; the boot text tells."""
+    """Condition for homing at boot, as reported in the boot text."""
     homing: HomingPlan = HOMING_0_1_0
-    """How it homes."""
+    """Homing procedure."""
     torque_floor: int = 0
     """Smallest magnitude in torque mode, register units."""
     soft_limit: bool = False
-    """Whether torque mode weakens a channel that leaves its window."""
+    """Whether torque mode reduces the torque of a channel outside its window."""
     sign_of_empty_window: int = 1
-    """Sign of the torque where both ends of the window are the same."""
+    """Sign of the torque for a window of zero width."""
     eeprom_pause_ms: int = 0
-    """Pause after limit, ID and lock in SET_ID, ms."""
+    """Pause of SET_ID after writing limit, ID and lock, ms."""
     trim_reads_position: bool = False
-    """Whether the acknowledgement of TRIM carries the position that the servo reads."""
+    """Whether the acknowledgement of TRIM carries the servo's present position."""
 
 
 _PRE = FirmwareProfile(
@@ -103,7 +103,7 @@ _MAIN = replace(_0_2_0, version="main", opcodes=frozenset(Opcode), trim_reads_po
 PROFILES: dict[str, FirmwareProfile] = {
     profile.version: profile for profile in (_PRE, _0_1_0, _0_1_1, _0_1_2, _0_1_3, _0_1_4, _0_1_5, _0_2_0, _MAIN)
 }
-"""Every version, oldest first."""
+"""Profiles of all versions, oldest first."""
 DEFAULT_VERSION = _0_2_0.version
 """The newest release."""
 

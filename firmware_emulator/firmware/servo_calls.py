@@ -1,4 +1,4 @@
-"""The firmware's calls to the servo library, with the library's argument types; tasks that need the bus to themselves.
+"""Servo library calls of the firmware, with the library's argument types, as tasks that need exclusive bus access.
 
 Source: FTServo_Arduino v2.0.0 (64922cd), `HLSCL.cpp`.
 """
@@ -15,16 +15,16 @@ GOAL_BLOCK = Struct("<BHHH")
 """Registers 41 to 47: acceleration, goal position, goal torque, goal speed."""
 GOAL_ADDRESS = REGISTERS["acceleration"].address
 FAILED = 32769
-"""What a signed read returns when no answer came: -1 with its sign bit taken away."""
+"""Result of a signed read without an answer: -1 with its sign bit cleared."""
 
 
 def int16(value: int) -> int:
-    """Return a number as a signed 16-bit argument keeps it."""
+    """Return a number wrapped to a signed 16-bit argument."""
     return (value + 0x8000 & 0xFFFF) - 0x8000
 
 
 def sign_magnitude(value: int) -> int:
-    """Return the register word of an int16, as the library forms it."""
+    """Return the sign-magnitude register word of an int16, as computed by the library."""
     return value & 0xFFFF if value >= 0 else -value & 0xFFFF | 0x8000
 
 
@@ -34,18 +34,18 @@ def signed(word: int) -> int:
 
 
 def goal(position: int, *, speed: int, acceleration: int, torque: int) -> bytes:
-    """Return registers 41 to 47; the position is truncated to 16 bits first, which turns +-50000 around."""
+    """Return registers 41 to 47; the position first wraps to 16 bits, which reverses the sign of +-50000."""
     return GOAL_BLOCK.pack(acceleration, sign_magnitude(int16(position)), torque, speed)
 
 
 def write_register(uart: UartMaster, servo: int, register: str, value: int) -> Task:
-    """Write one register of one servo; return whether it was acknowledged."""
+    """Write one register of one servo; return whether the servo acknowledged."""
     row = REGISTERS[register]
     return uart.write(servo, row.address, value.to_bytes(row.size, "little"))
 
 
 def read_signed(uart: UartMaster, servo: int, register: str) -> Task:
-    """Return a signed register, `FAILED` when no answer came."""
+    """Return the value of a signed register, or `FAILED` without an answer."""
     answer = yield from uart.read(servo, REGISTERS[register].address, 2)
     if answer is None:
         return FAILED
@@ -53,15 +53,15 @@ def read_signed(uart: UartMaster, servo: int, register: str) -> Task:
 
 
 def unlock(uart: UartMaster, servo: int) -> Task:
-    """Open the EEPROM; the library switches the torque off first."""
+    """Switch the torque off and unlock the EEPROM, as the library does."""
     yield from write_register(uart, servo, "torque_enable", 0)
     yield from write_register(uart, servo, "lock", 0)
 
 
 def calibrate(uart: UartMaster, servo: int) -> Task:
-    """Make the present position 2048: four transactions that leave torque off and the EEPROM open.
+    """Make the present position 2048, in four transactions; torque stays off and the EEPROM unlocked.
 
-    Return whether the last was acknowledged.
+    Return whether the servo acknowledged the last transaction.
     """
     yield from write_register(uart, servo, "torque_enable", 0)
     yield from unlock(uart, servo)
@@ -69,7 +69,7 @@ def calibrate(uart: UartMaster, servo: int) -> Task:
 
 
 def write_limits(uart: UartMaster, servo: int, low: int, high: int) -> Task:
-    """Write the angle limits (counts) to EEPROM, lock it again and enable the torque."""
+    """Write the angle limits (counts), lock the EEPROM again and enable the torque."""
     yield from unlock(uart, servo)
     yield from write_register(uart, servo, "min_angle", low)
     yield from write_register(uart, servo, "max_angle", high)

@@ -1,6 +1,6 @@
-"""SET_ID: finds the one servo on the bus, writes its current limit and gives it a new ID.
+"""SET_ID: find the only servo on the bus, write its current limit and change its ID.
 
-Any ID up to 253 is accepted. The bus lock is released between scan, check and write, so telemetry runs in between.
+IDs 0 to 253 are accepted. The bus lock is released between scan, check and write, so telemetry runs in between.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ MAX_LIMIT = 1023
 
 
 def set_id(board: Board, words: tuple[int, ...]) -> Task:
-    """Answer with old ID, new ID and the limit read back, or with one of the error words."""
+    """Set the ID and reply with old ID, new ID and the limit read back, or with error words."""
     new, limit = words[0] & 0xFF, min(words[1], MAX_LIMIT)
     if new not in IDS:
         _answer(board, 0xFF, new, 0)
@@ -39,7 +39,7 @@ def set_id(board: Board, words: tuple[int, ...]) -> Task:
 
 
 def _scan(board: Board) -> Task:
-    """Return the IDs that answer, in order, at most two."""
+    """Return the first two IDs that answer a ping, or fewer."""
     found: list[int] = []
     yield from board.lock.take()
     for servo in IDS:
@@ -59,7 +59,7 @@ def _ping(board: Board, servo: int) -> Task:
 
 
 def _write(board: Board, old: int, new: int, limit: int) -> Task:
-    """Write limit and ID; return the limit read back, 0 when the read failed."""
+    """Write limit and ID; return the limit read back, or 0 after a failed read."""
     uart = board.uart
     yield from unlock(uart, old)
     yield from write_register(uart, old, "protection_current", limit)

@@ -1,4 +1,4 @@
-"""The sketch's `setup()` and `loop()`: text of ROM and boot, homing at boot, telemetry task, dispatch of opcodes."""
+"""`setup()` and `loop()` of the sketch: ROM and boot text, homing at boot, telemetry task, dispatch of opcodes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firmware_emulator.kernel import TASK_YIELD, Task, milliseconds, ticks_later
 from firmware_emulator.servo.model_file import FEEDBACK, FEEDBACK_SIZE
 
 ResetCause = Literal["power_on", "brown_out", "reset"]
-"""Why a board starts: power switched on, a dip of its supply, anything else (reset button, USB, software)."""
+"""Cause of a board's start: power-on, a dip of the supply, or any other reset (button, USB, software)."""
 
 USB_START_MS = 100
 PING_HEADER = "\n[Init] Pinging servos...\r\n"
@@ -24,9 +24,9 @@ HOMING_COMPLETE = "[BOOT] Homing Complete\r\n"
 POWERED_ON = "[BOOT] Power-on detected \u2192 homing\r\n"
 SKIPPING = "[BOOT] Non-power reset \u2192 skipping homing\r\n"
 
-# What the chip's ROM prints before the firmware, on a connection that outlives the reset. Source: public logs of
+# Text of the chip's ROM before the firmware's, visible on connections that survive the reset. Source: public logs of
 # ESP32-S3 boards with ESP-IDF 5.5 (rbouteiller/airplay-esp32#18, espressif/esp-idf#12051,
-# s60sc/ESP32-CAM_MJPEG2SD#432). The hand's own text was never recorded: addresses and lengths are those boards'.
+# s60sc/ESP32-CAM_MJPEG2SD#432). The text of the hand was never recorded: addresses and lengths are from these logs.
 _ROM_REASONS: dict[ResetCause, str] = {
     "power_on": "rst:0x1 (POWERON)",
     "brown_out": "rst:0xf (BROWNOUT_RST)",
@@ -40,7 +40,7 @@ _LOADING = (
 
 
 def rom_text(cause: ResetCause, *, download: bool = False) -> str:
-    """Return the text of a reset; with `download` that of a chip which then waits for esptool."""
+    """Return the ROM text of a reset, or with `download` of a reset into download mode."""
     if download:
         waiting = "boot:0x23 (DOWNLOAD(USB/UART0))\r\nSaved PC:0x40041a76\r\nwaiting for download\r\n"
         return f"{_HEAD}{_ROM_REASONS[cause]},{waiting}"
@@ -49,19 +49,19 @@ def rom_text(cause: ResetCause, *, download: bool = False) -> str:
 
 
 def run(board: Board, cause: ResetCause) -> Task:
-    """Boot, start the telemetry task and stay in the main loop."""
+    """Boot, start the telemetry task and run the main loop."""
     yield from _setup(board, cause)
     yield from _serve(board)
 
 
 def resume(board: Board) -> Task:
-    """Resume as a board that has booted and homed before."""
+    """Start in the state of a board that has already booted and homed."""
     yield from assume_homed(board)
     yield from _serve(board)
 
 
 def _setup(board: Board, cause: ResetCause) -> Task:
-    """Print the boot text and home, as far as the version does."""
+    """Print the boot text and home, depending on the version."""
     profile = board.profile
     yield from _pause(board, USB_START_MS)
     yield from _pause(board, profile.setup_pause_ms)
@@ -76,13 +76,13 @@ def _setup(board: Board, cause: ResetCause) -> Task:
 
 
 def _serve(board: Board) -> Task:
-    """Start the telemetry task and stay in the main loop."""
+    """Start the telemetry task and run the main loop."""
     board.start(_telemetry(board))
     yield from _loop(board)
 
 
 def _telemetry(board: Board) -> Task:
-    """Read all servos every period; one in which the bus is taken, or any answer fails, leaves the old values."""
+    """Read all servos every period; keep the old values if the bus is taken or any answer fails."""
     kernel = board.kernel
     wake_ms = milliseconds(kernel.now)
     while True:
@@ -90,25 +90,24 @@ def _telemetry(board: Board) -> Task:
             blocks = yield from board.uart.sync_read(FEEDBACK, FEEDBACK_SIZE, SERVOS)
             if blocks is not None:
                 board.telemetry = Telemetry(blocks, tuple(board.window.extend), tuple(board.window.grasp))
-            # Whoever waits for the lock runs after this task, so that it sees what was just read.
+            # Tasks waiting for the lock run after this one, so they use the new reading.
             board.lock.give()
         wake_ms += board.profile.telemetry_period_ms
         if wake_ms > milliseconds(kernel.now):
             yield wake_ms / 1000.0
-            # What arrives on a tick is there before the tick's task runs.
+            # Bytes that arrive on a tick are received before the tick's task runs.
             yield TASK_YIELD
 
 
 def _loop(board: Board) -> Task:
-    """Answer one host frame a pass, for ever; a slow opcode (homing) delays all that follow it."""
+    """Process one host frame per pass, forever; a slow opcode (homing) delays all later frames."""
     yield from look_at_soft_limit(board)
     while True:
         frame = board.next_frame()
         if frame is None:
             due = next_look(board)
             yield (board.queued, due) if due is not None else board.queued
-            # What arrives at this instant is there first; then the chip lets a task whose tick has come go before a
-            # loop that polls.
+            # Bytes of this instant are received first; then the chip runs tasks due at this tick before a polling loop.
             yield TASK_YIELD
             yield TASK_YIELD
             make_up_for_looks(board)

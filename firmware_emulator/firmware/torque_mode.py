@@ -1,8 +1,8 @@
-"""Torque mode: CTRL_TOR, and the soft limit that later versions add to it.
+"""Torque mode: CTRL_TOR, and the soft limit of later versions.
 
-The sign always closes the hand: positive torque pulls toward lower counts, so it is positive where the open end has
-the higher counts. The soft limit is latched: it acts once when a channel leaves its window and once when it is back,
-so a new command while outside drives on at full torque, as on the real hand. Position mode opens the latch.
+Torque always closes the hand. Positive torque pulls toward lower counts, so the sign is positive for channels with the
+higher counts at the open end. The soft limit latches: it acts once when a channel leaves its window and once on its
+return, so a new command outside the window applies full torque, as on the real hand. Position mode clears the latch.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ COUNTS_PER_TURN = 4096
 
 
 def ctrl_tor(board: Board, words: tuple[int, ...]) -> Task:
-    """Close all seven channels with a torque each; nothing is acknowledged."""
+    """Close all seven channels with one torque each, without an acknowledgement."""
     profile, window, state = board.profile, board.window, board.torque_mode
     for channel, word in enumerate(words):
         magnitude = board.torque_cap(channel, max(min(word, MAX_MAGNITUDE), profile.torque_floor))
@@ -35,13 +35,13 @@ def ctrl_tor(board: Board, words: tuple[int, ...]) -> Task:
 
 
 def next_look(board: Board) -> float | None:
-    """Return when (s) the main loop looks at the soft limit again; None when it will find nothing to do."""
+    """Return the time (s) of the next soft-limit check, or None if the soft limit is inactive."""
     watched = board.profile.soft_limit and board.mode == TORQUE
     return board.torque_mode.next_look_ms / 1000.0 if watched else None
 
 
 def make_up_for_looks(board: Board) -> None:
-    """Leave the soft limit as the looks before now would have, which are not taken in position mode."""
+    """Catch up on the soft-limit checks before now that were skipped in position mode."""
     state, now = board.torque_mode, board.kernel.now
     while board.profile.soft_limit and board.mode != TORQUE and state.next_look_ms / 1000.0 < now:
         state.outside[:] = [False] * CHANNELS
@@ -49,9 +49,9 @@ def make_up_for_looks(board: Board) -> None:
 
 
 def look_at_soft_limit(board: Board) -> Task:
-    """Weaken every channel that has left its window since the last check, and restore every one that is back.
+    """Reduce the torque of channels that left their window since the last check; restore channels that returned.
 
-    The grid of 20 ms goes on in position mode too, where all that happens is that the latch opens.
+    Checks continue every 20 ms in position mode, where they only clear the latch.
     """
     state = board.torque_mode
     now_ms = milliseconds(board.kernel.now)
@@ -64,7 +64,7 @@ def look_at_soft_limit(board: Board) -> Task:
     yield from board.lock.take()
     for channel in SERVOS:
         position = yield from read_signed(board.uart, channel, "present_position")
-        # A negative position and a failed read (32769) come out within one turn, the latter as 1.
+        # As in the firmware, a negative position wraps into one turn, and a failed read (32769) becomes 1.
         counts = (position + (0x8000 if position < 0 else 0)) % COUNTS_PER_TURN
         ends = board.window.extend[channel], board.window.grasp[channel]
         outside = not min(ends) <= counts <= max(ends)
