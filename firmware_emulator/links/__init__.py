@@ -1,4 +1,4 @@
-"""Ways to reach an emulated hand: in this process on virtual time, or over a pseudo-terminal in real time."""
+"""Links to an emulated hand: in-process on virtual time, or over a pseudo-terminal in real time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Self
 
 
 class Closing:
-    """A context manager that closes itself when its block ends."""
+    """Context manager that calls `close` on exit."""
 
     def __enter__(self) -> Self:
         return self
@@ -18,5 +18,5 @@ class Closing:
         self.close()
 
     def close(self) -> None:
-        """Close it; a second call does nothing."""
+        """Release all resources; a second call does nothing."""
         raise NotImplementedError

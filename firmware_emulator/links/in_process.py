@@ -1,4 +1,4 @@
-"""The emulated hand in this process: waiting for bytes moves virtual time."""
+"""In-process link to the emulated hand: waiting for bytes advances virtual time."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ WireEntry = tuple[float, Literal[">", "<"], bytes]
 
 
 class VirtualLink:
-    """A byte stream on virtual time, with the shape of the driver's transport."""
+    """Byte stream on virtual time that implements the driver's transport."""
 
     def __init__(self, kernel: Kernel, send: Callable[[bytes], object], name: str) -> None:
-        """Write by `send`; whoever answers calls `arrive`."""
+        """Create a link that writes with `send`; the other end answers by calling `arrive`."""
         self.log: list[WireEntry] | None = None
-        """Everything that crosses the link, when set to a list."""
+        """Log of all bytes in both directions; None for no logging."""
         self.name = name
-        """What messages call this link."""
+        """Display name of the link, for messages."""
         self._kernel = kernel
         self._send = send
         self._received = bytearray()
@@ -39,7 +39,7 @@ class VirtualLink:
         self._send(bytes(data))
 
     def read(self, size: int, timeout: float) -> bytes:
-        """Return as soon as `size` bytes are there, else what came within `timeout` (s) of virtual time.
+        """Return `size` bytes as soon as they are available, or fewer after `timeout` (s) of virtual time.
 
         Raises:
             ConnectionError: the link was closed.
@@ -55,15 +55,15 @@ class VirtualLink:
         return data
 
     def discard_input(self) -> None:
-        """Drop every byte received and not yet read."""
+        """Drop all unread bytes."""
         self._received.clear()
 
     def close(self) -> None:
-        """Take nothing more; a second call does nothing."""
+        """Close the link; a second call does nothing."""
         self._closed = True
 
     def arrive(self, data: bytes) -> None:
-        """Take bytes of the other end."""
+        """Receive bytes from the other end."""
         if self.log is not None:
             self.log.append((self._kernel.now, "<", data))
         self._received += data
@@ -76,17 +76,17 @@ class VirtualLink:
 
 
 class InProcessLink(VirtualLink):
-    """A byte stream to an `EmulatedHand`."""
+    """Byte stream to an `EmulatedHand`."""
 
     def __init__(self, emulated_hand: EmulatedHand, name: str = "emulated") -> None:
-        """Connect to a hand; what it sent before is there to be read."""
+        """Connect to a hand; its earlier, unread output can be read first."""
         super().__init__(emulated_hand.kernel, emulated_hand.receive, name)
         self._hand = emulated_hand
         self._received += emulated_hand.take_output()
         emulated_hand.on_transmit = self.arrive
 
     def close(self) -> None:
-        """Give the hand back; a second call does nothing."""
+        """Disconnect from the hand, which buffers its output again; a second call does nothing."""
         if not self._closed:
             self._hand.on_transmit = self._hand.keep
         super().close()

@@ -1,4 +1,4 @@
-"""The board's port over TCP, with the modem lines that a pseudo-terminal cannot carry: a server for `rfc2217://`."""
+"""RFC 2217 server for the board's port over TCP, with the modem lines that a pseudo-terminal lacks."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from serial.rfc2217 import PortManager
 
 from firmware_emulator.links import Closing
 
-# The board's USB port is the chip's own, so DTR and RTS are requests on the wire and no pins. Source: ESP32-S3
-# technical reference manual, USB Serial/JTAG controller, "reset SoC into download mode"; esptool 5 (`reset.py`) goes
-# through these states. Opening a port raises DTR, then RTS, and closing drops both at once: neither is a reset. A
-# program that drops DTR while RTS is raised does restart the board. Both raised ask for nothing.
+# The board's USB port is part of the chip, so DTR and RTS are USB requests instead of pins. Source: ESP32-S3 technical
+# reference manual, USB Serial/JTAG controller, "reset SoC into download mode"; esptool 5 (`reset.py`) uses these
+# states. Opening a port raises DTR, then RTS, and closing drops both at once: neither resets the chip. Dropping DTR
+# while RTS is raised restarts the board. Raising both has no effect.
 START, DOWNLOAD, RESET = (False, False), (True, False), (False, True)
-"""States of (DTR, RTS): the next reset starts the firmware, or waits for a download; the chip restarts."""
+"""States of (DTR, RTS): select the firmware for the next reset, select download mode, restart the chip."""
 
 
 class ModemLines:
-    """The two lines of one connection."""
+    """DTR and RTS of one connection."""
 
     def __init__(self) -> None:
         self._lines = (False, False)
         self.download = False
-        """Whether the next reset waits for a download in place of starting the firmware."""
+        """Whether the next reset enters download mode instead of starting the firmware."""
 
     def set(self, *, dtr: bool | None = None, rts: bool | None = None) -> bool:
-        """Change a line; return whether the chip restarts.
+        """Change one or both lines; return whether the chip restarts.
 
-        A reset clears nothing: esptool leaves the download mode by a reset from (False, False).
+        A reset keeps the selected mode: esptool ends the download mode by a reset from (False, False).
         """
         before = self._lines
         self._lines = (before[0] if dtr is None else dtr, before[1] if rts is None else rts)
@@ -45,16 +45,16 @@ class ModemLines:
 _LOG = logging.getLogger(__name__)
 READ_SIZE = 4096
 LONGEST_OPTION = 256
-"""Most bytes of a Telnet option that has not ended; those of RFC 2217 have up to 10."""
+"""Size limit of an unterminated Telnet option, bytes; options of RFC 2217 have up to 10."""
 
 
 class _Board:
-    """The USB port as pyserial's server sees it: settings are taken and ignored, as USB does, but for two lines."""
+    """USB port for pyserial's server: all settings except DTR and RTS are accepted and ignored, as by USB."""
 
     bytesize, parity, stopbits = 8, "N", 1
     xonxoff = rtscts = dsrdtr = False
     break_condition = False
-    # A host sees these raised on such a port, whatever the board does.
+    # A host always sees these lines raised on such a port.
     cts = dsr = cd = True
     ri = False
 
@@ -75,13 +75,13 @@ class _Board:
 
 
 class NetworkPort(Closing):
-    """The device's end of a TCP connection; one client at a time, same shape as `Terminal`."""
+    """Device end of a TCP connection, one client at a time; interface of `Terminal`."""
 
     def __init__(self, host: str, port: int, reset: Callable[[bool], None]) -> None:
-        """Listen; `reset(download)` restarts the board when the client's lines ask for it.
+        """Listen; `reset(download)` is called when the client's lines request a restart.
 
         Raises:
-            OSError: the address cannot be listened on.
+            OSError: listening on the address failed.
         """
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
         self._listener = socket.create_server((host, port), family=family)
@@ -93,16 +93,16 @@ class NetworkPort(Closing):
 
     @property
     def name(self) -> str:
-        """The URL that clients open."""
+        """URL for clients."""
         host, port = self._listener.getsockname()[:2]
         return f"rfc2217://[{host}]:{port}" if ":" in host else f"rfc2217://{host}:{port}"
 
     def fileno(self) -> int:
-        """Return the descriptor to wait on: a client's while there is one."""
+        """Return the descriptor to wait on: that of the client, or of the listener without a client."""
         return (self._client or self._listener).fileno()
 
     def read(self) -> bytes:
-        """Take a client, or what it has sent to the board; commands about the port are carried out."""
+        """Accept a client, or return its bytes for the board; port commands are executed here."""
         if self._client is None:
             self._accept()
             return b""
@@ -118,7 +118,7 @@ class NetworkPort(Closing):
         try:
             data = b"".join(self._manager.filter(data))
             unended = len(self._manager.suboption or b"")
-        except Exception as error:  # pyserial's server trusts its client: what is too short or unknown raises anything
+        except Exception as error:  # pyserial does not validate options; malformed ones raise anything
             _LOG.info("%s: a client was dropped, whose Telnet option is wrong: %r", self.name, error)
             self.hang_up()
             return b""
@@ -128,19 +128,19 @@ class NetworkPort(Closing):
         return data
 
     def write(self, data: bytes) -> None:
-        """Send to the client; what does not fit because nobody reads is lost, as on the board."""
+        """Send to the client; bytes beyond a full buffer are dropped, as on the board."""
         if self._manager is not None:
             self._send(b"".join(self._manager.escape(data)))
 
     def hang_up(self) -> None:
-        """Drop the client, as pulling the plug does; both lines fall."""
+        """Disconnect the client and clear both lines, as unplugging does."""
         if self._client is not None:
             self._client.close()
         self._client = self._manager = None
         self._lines = ModemLines()
 
     def close(self) -> None:
-        """Drop the client and listen no more; a second call does nothing."""
+        """Disconnect the client and stop listening; a second call does nothing."""
         self.hang_up()
         self._listener.close()
 
@@ -151,7 +151,7 @@ class NetworkPort(Closing):
             return
         self._client.setblocking(False)
         self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        # It is written for a pyserial port on one side and any file on the other.
+        # PortManager expects a pyserial port and a writable file; both are replaced by minimal objects.
         self._manager = PortManager(_Board(self._change), SimpleNamespace(write=self._send))  # type: ignore[arg-type]
 
     def _change(self, line: str, value: bool) -> None:

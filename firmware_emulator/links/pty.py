@@ -1,8 +1,8 @@
-"""Serves an emulated hand in real time: the board, and if asked the raw servo bus.
+"""Real-time server of an emulated hand: the board and, optionally, the raw servo bus.
 
-The kernel is the same one as on virtual time; here a loop runs it up to the wall clock whenever an event is due or
-bytes arrive. Bytes are taken at the instant at which they are seen, which `listeners` hear: the same bytes at the same
-instants on virtual time give the same answers.
+A loop runs the kernel of virtual time up to the wall clock whenever an event is due or bytes arrive. Bytes enter at the
+instant of their detection, which `listeners` receive: replaying them at these instants on virtual time gives equal
+answers.
 """
 
 from __future__ import annotations
@@ -27,35 +27,35 @@ from firmware_emulator.links.terminal import Terminal
 
 _LOG = logging.getLogger(__name__)
 REENUMERATES: frozenset[ResetCause] = frozenset({"power_on", "brown_out"})
-"""Resets over which the USB port disappears and returns (assumption)."""
+"""Resets after which the USB port disappears and re-enumerates (assumption)."""
 ENUMERATION_S = 0.5
-"""How long it is away, s (assumption; a Linux host needs 0.3 to 1 s)."""
+"""Duration of the USB re-enumeration, s (assumption; a Linux host needs 0.3 to 1 s)."""
 IDLE_S = 0.05
-"""Longest wait before `stop` is looked at again, s."""
+"""Longest wait between checks of `stop`, s."""
 POLLED_S = 0.0004
-"""A wait as short as that of an answer to the host is polled, s: Linux wakes a sleeper about 0.07 ms late."""
+"""Wait below which the loop polls instead of sleeping, s: Linux wakes a sleeper about 0.07 ms late."""
 
 
 class End(Protocol):
-    """The device's end of a terminal or port."""
+    """Device end of a terminal or port."""
 
     def fileno(self) -> int:
         """Return the descriptor to wait on."""
         ...
 
     def read(self) -> bytes:
-        """Return what has arrived."""
+        """Return the received bytes."""
         ...
 
     def close(self) -> None:
-        """Close it; a second call does nothing."""
+        """Close this end; a second call does nothing."""
 
 
 BusEnd = Terminal | SerialPort
 
 
 def put_on_bus(bus: ServoBus, end: BusEnd) -> Callable[[bytes], object]:
-    """Connect a terminal or port to a servo bus as a master; return what takes the bytes that it sends."""
+    """Connect a terminal or port to a servo bus as a master; return the sink for its received bytes."""
     port = bus.connect(end.write)
 
     def take(data: bytes) -> None:
@@ -74,15 +74,15 @@ def serve(
     after: Callable[[], object] = lambda: None,
     on_late: Callable[[float], object] = lambda _late_s: None,
 ) -> None:
-    """Run a kernel up to the wall clock until `stop()` holds; it is asked at least every 50 ms.
+    """Run a kernel in step with the wall clock until `stop()`, polled at least every 50 ms, returns true.
 
     Args:
-        kernel: of what is served.
-        ends: where bytes may arrive; may change while it is served.
-        take: called with an end that has bytes, the kernel being at the instant at which they are seen.
-        stop: whether to return.
-        after: called after each turn.
-        on_late: called when the kernel runs later than it was due, with how much, s.
+        kernel: event kernel of the served hand or bus.
+        ends: ends to read from; may change during the call.
+        take: called with an end that has unread bytes, with the kernel at the present instant.
+        stop: returns whether to end.
+        after: called after each turn of the loop.
+        on_late: called with the delay (s) when the kernel runs behind schedule.
     """
     start = time.monotonic() - kernel.now
     while not stop():
@@ -99,7 +99,7 @@ def serve(
 
 
 class PtyServer(Closing):
-    """An emulated hand behind a pseudo-terminal, its servo bus behind another one or behind a real port."""
+    """Server of an emulated hand on a pseudo-terminal, and of its servo bus on another one or on a serial port."""
 
     def __init__(
         self,
@@ -110,25 +110,25 @@ class PtyServer(Closing):
         bus_port: str | None = None,
         listen: tuple[str, int] | None = None,
     ) -> None:
-        """Open the terminals; nothing is served before `run`.
+        """Open the terminals; `run` starts serving.
 
         Args:
-            emulated_hand: what to serve.
-            link: symbolic link to the board's terminal.
-            bus_link: symbolic link to a terminal on the servo bus; no such terminal when None.
-            bus_port: serial port (device path or pyserial URL) to serve the servo bus on; start the hand `bare`, lest
-                two boards drive its servos.
-            listen: host and port to serve the board on for `rfc2217://` too, with DTR and RTS; 0 for any free port.
+            emulated_hand: hand to serve.
+            link: symbolic link to create for the board's terminal.
+            bus_link: symbolic link to create for a terminal on the servo bus; None for no terminal.
+            bus_port: serial port (device path or pyserial URL) of the servo bus; start the hand `bare`, so that only
+                one board drives the servos.
+            listen: host and port of an additional `rfc2217://` server with DTR and RTS; 0 for any free port.
 
         Raises:
-            FileExistsError: a link exists already.
-            OSError: the address cannot be listened on.
+            FileExistsError: `link` or `bus_link` exists already.
+            OSError: listening on the address failed.
             serial.SerialException: the port cannot be opened.
         """
         self.listeners: list[Callable[[WireEntry], None]] = []
-        """Called with the bytes of the board's terminal as they cross it; one that raises is dropped."""
+        """Observers of the bytes on the board's terminal; one that raises is removed."""
         self.on_late: Callable[[float], object] = lambda _late_s: None
-        """Called when the board runs later than it was due, with how much, s; on an idle computer below 1 ms."""
+        """Called with the delay (s) when the board runs behind schedule; below 1 ms on an idle computer."""
         self._hand = emulated_hand
         self._takers: dict[End, Callable[[bytes], object]] = {}
         with ExitStack() as opened:
@@ -152,16 +152,16 @@ class PtyServer(Closing):
 
     @property
     def name(self) -> str:
-        """Path of the board's terminal, as clients open it."""
+        """Path of the board's terminal, for clients."""
         return self._host.name
 
     @property
     def url(self) -> str | None:
-        """URL of the board over the network, None when it is not served."""
+        """URL of the board's network server, or None without one."""
         return None if self._network is None else self._network.name
 
     def run(self, stop: Callable[[], bool]) -> None:
-        """Serve in real time until `stop()` holds; it is asked at least every 50 ms."""
+        """Serve in real time until `stop()`, polled at least every 50 ms, returns true."""
         kernel = self._hand.kernel
         self._hand.on_transmit = self._transmit
         self._hand.on_reset = self._went_away
@@ -178,14 +178,14 @@ class PtyServer(Closing):
         self._hand.reset("reset", download=download)
 
     def _went_away(self, cause: ResetCause) -> None:
-        """Take the port away when the chip lost its power; USB stays connected over every other reset."""
+        """Close the port after a loss of power; USB stays connected during every other reset."""
         if cause not in REENUMERATES:
             return
         self._hand.on_transmit = self._hand.keep
         self._away_until = self._hand.kernel.now + ENUMERATION_S
         if self._network is not None:
             self._network.hang_up()
-        if self._takers.pop(self._host, None) is not None:  # else it is away already
+        if self._takers.pop(self._host, None) is not None:  # else already closed
             self._host.close()
 
     def _come_back(self) -> None:

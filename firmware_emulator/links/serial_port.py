@@ -1,4 +1,4 @@
-"""The emulated servos on a real serial port, for a physical board that drives them."""
+"""Serial port of the emulated servos, for a physical board that drives them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import serial
 
 
 class SerialPort:
-    """The servos' end of a serial port; same shape as `Terminal`.
+    """Servo end of a serial port; interface of `Terminal`.
 
-    The adapter must not feed back what it sends: the servos would take their own answers for instructions.
+    The adapter must not echo: the servos would parse their own answers as instructions.
     """
 
     baud = 1_000_000
@@ -22,12 +22,12 @@ class SerialPort:
         """Open a port (device path or pyserial URL) at 1 Mbit/s.
 
         Raises:
-            serial.SerialException: it cannot be opened; the message names it.
+            serial.SerialException: the port cannot be opened; the message names the port.
         """
         try:
             if port.startswith(("socket://", "rfc2217://")) and not urlsplit(port).port:
                 raise ValueError("the address has no port")
-            # pyserial's rfc2217 knows no write timeout.
+            # pyserial's rfc2217 does not support a write time-out.
             write_timeout = None if port.startswith("rfc2217://") else 0.1
             self._port = serial.serial_for_url(port, self.baud, timeout=0, write_timeout=write_timeout)
             self._port.fileno()
@@ -37,7 +37,7 @@ class SerialPort:
 
     @property
     def name(self) -> str:
-        """The port as it was given."""
+        """Port as passed to the constructor."""
         return str(self._port.port)
 
     def fileno(self) -> int:
@@ -45,10 +45,10 @@ class SerialPort:
         return int(self._port.fileno())
 
     def read(self) -> bytes:
-        """Return what has arrived.
+        """Return the received bytes.
 
         Raises:
-            ConnectionError: the port is gone.
+            ConnectionError: the port has disappeared.
         """
         with self._gone():
             return bytes(self._port.read(4096))
@@ -57,7 +57,7 @@ class SerialPort:
         """Send an answer.
 
         Raises:
-            ConnectionError: the port is gone, or takes no data.
+            ConnectionError: the port has disappeared or does not accept data.
         """
         with self._gone():
             self._port.write(data)

@@ -1,4 +1,4 @@
-"""A raw pseudo-terminal that behaves like a serial port nobody has opened yet."""
+"""Raw pseudo-terminal that behaves like an unopened serial port."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ except ImportError:  # Windows
 
 FAST = 1_000_000
 TCGETS2 = 0x802C542A
-"""Linux: read `termios2`, which holds any baud rate as a number."""
+"""Linux ioctl that reads `termios2`, with the baud rate as a number."""
 TERMIOS2 = struct.Struct("=4I B19s 2I")
-"""Four words of flags, line discipline, characters, baud rates in and out."""
+"""Layout of `termios2`: four words of flags, line discipline, characters, baud rates in and out."""
 _SERVED: set[str] = set()
-"""Terminals of this process, whose own locks do not show it that they are served."""
+"""Terminals served by this process; a process cannot detect its own locks."""
 
 
 class Terminal(Closing):
-    """The device's end of a pseudo-terminal.
+    """Device end of a pseudo-terminal.
 
-    A fresh one echoes and translates line ends, so it is put in raw mode before anyone can open it. One descriptor of
-    the client's end stays open here, so that a client may close and another one open it without an error on this side.
+    A new pseudo-terminal echoes and translates line ends, so it is set to raw mode before a client can open it. One
+    descriptor of the client end stays open here, so that clients can reconnect without an error on this side.
     """
 
     def __init__(self, link: Path | None = None) -> None:
-        """Open a pseudo-terminal, and make `link` a symbolic link to it.
+        """Open a pseudo-terminal and create `link` as a symbolic link to its client end.
 
         Raises:
-            FileExistsError: `link` exists and is not the stale link of an emulator that died.
-            OSError: this system has no pseudo-terminals.
+            FileExistsError: `link` exists and is not the stale link of a dead emulator.
+            OSError: the system does not support pseudo-terminals.
         """
         if termios is None:
             raise OSError("this system has no pseudo-terminals; serve on a serial port, or use `emulated`")
@@ -48,7 +48,7 @@ class Terminal(Closing):
         self.path = os.ttyname(self._client)
         self._link = link
         _SERVED.add(self.path)
-        if sys.platform == "linux":  # elsewhere it would keep clients out, which lock the terminal in another way
+        if sys.platform == "linux":  # elsewhere the lock would block clients
             fcntl.lockf(self._client, fcntl.LOCK_EX | fcntl.LOCK_NB)
         if link is not None:
             try:
@@ -60,7 +60,7 @@ class Terminal(Closing):
 
     @property
     def name(self) -> str:
-        """The path that clients open: the link if there is one."""
+        """Path for clients: the link, or the terminal without a link."""
         return str(self._link) if self._link is not None else self.path
 
     def fileno(self) -> int:
@@ -69,21 +69,21 @@ class Terminal(Closing):
 
     @property
     def baud(self) -> int:
-        """The baud rate that a client has set, bit/s; 1 Mbit/s until one does. Other systems than Linux do not tell."""
+        """Baud rate set by the client, bit/s; 1 Mbit/s by default, and always on systems other than Linux."""
         if sys.platform != "linux":
             return FAST
         state = fcntl.ioctl(self._client, TCGETS2, bytes(TERMIOS2.size))
         return int(TERMIOS2.unpack(state)[-1])
 
     def read(self) -> bytes:
-        """Return what a client has written, nothing when it has not."""
+        """Return the bytes written by a client, or b"" if none."""
         try:
             return os.read(self._device, 4096)
         except BlockingIOError:
             return b""
 
     def write(self, data: bytes) -> None:
-        """Send to the client; what does not fit because nobody reads is lost, as on the board."""
+        """Send to the client; bytes beyond a full buffer are dropped, as on the board."""
         rest = memoryview(data)
         while rest:
             try:
@@ -92,14 +92,14 @@ class Terminal(Closing):
                 return
 
     def _set_fast(self) -> None:
-        """Let a client that sets no baud rate have that of the servo bus."""
+        """Set the default baud rate of clients to that of the servo bus."""
         if hasattr(termios, "B1000000"):
             settings = termios.tcgetattr(self._client)
             settings[4] = settings[5] = termios.B1000000
             termios.tcsetattr(self._client, termios.TCSANOW, settings)
 
     def close(self) -> None:
-        """Close it and remove the link; a second call does nothing."""
+        """Close the terminal and remove the link; a second call does nothing."""
         if self._device < 0:
             return
         if self._link is not None and self._link.is_symlink() and str(self._link.readlink()) == self.path:
@@ -119,10 +119,10 @@ def _point(link: Path, target: str) -> None:
 
 
 def _is_served(path: str, new: str) -> bool:
-    """Return whether what a link points at is more than what an emulator that was killed has left behind.
+    """Return whether the terminal at `path` is in use, so that a link to it is not the stale link of a dead emulator.
 
-    The system gives a terminal's number to the next one that is opened, ours (`new`) or another program's, so that
-    the link of a dead emulator does not stay dangling for long.
+    The system reuses terminal numbers, for ours (`new`) or another program's, so a stale link may point to an existing
+    terminal.
     """
     if path == new or not Path(path).exists():
         return False
@@ -131,7 +131,7 @@ def _is_served(path: str, new: str) -> bool:
     try:
         terminal = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     except OSError:
-        return False  # another user's by now
+        return False  # reused by another user
     try:
         fcntl.lockf(terminal, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:

@@ -1,1 +1,1 @@
-"""One HLS3606M bus servo: registers, encodings, motion profile, electrical and thermal behaviour."""
+"""Feetech bus servo: registers, encodings, motion profile, electrical and thermal behaviour."""

@@ -1,4 +1,4 @@
-"""What a servo's control registers ask of its motor, mode by mode."""
+"""Motor drive from a servo's control registers, for each operating mode."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from firmware_emulator.servo.memory import RegisterFile
 from firmware_emulator.servo.parameters import ServoParameters
 
 POSITION, SPEED, CURRENT, PWM = range(4)
-"""Places in `model_file.MODES`."""
+"""Operating modes, as indices into `model_file.MODES`."""
 OFF, ON, DAMPING = range(3)
 UNPOWERED = Drive(powered=False)
 MOTOR_ACCELERATION = 1e6
-"""Acceleration of a profile that only its speed limits, counts/s²: above what the motor can follow."""
+"""Acceleration of a profile limited by speed only, counts/s²: beyond the motor's ability."""
 LOOP = (
     "torque_enable",
     "mode",
@@ -31,47 +31,47 @@ LOOP = (
     "dead_zone_cw",
     "dead_zone_ccw",
 )
-"""Registers that `LoopSettings` is read from."""
+"""Source registers of `LoopSettings`."""
 GOAL = frozenset({"acceleration", "goal_position", "goal_torque", "goal_pwm", "goal_speed"})
-"""Those of them that a goal consists of."""
+"""Subset of `LOOP` that forms a goal."""
 FASTEST = 0x7FFF
-"""Speed that stands for no limit, register units."""
+"""Speed value for no limit, register units."""
 FACTORY_DEAD_ZONE = 1
 FREE_ANGLES = ((0, 0), (0, 4095))
-"""Angle limits that bound nothing: those of a multi-turn servo, and the factory's (assumption: homing needs it)."""
+"""Angle limits without effect: those of a multi-turn servo and of the factory (assumption, needed by homing)."""
 ENDLESS_COUNTS = 1e9
-"""Goal of a motion without end, for the speed mode."""
+"""Distance to the goal in speed mode, counts; effectively infinite."""
 
 
 class LoopSettings(NamedTuple):
-    """The control registers at one moment."""
+    """Snapshot of the control registers."""
 
     enable: int
     """0 off, 1 on, 2 damping."""
     mode: int
     """`POSITION`, `SPEED`, `CURRENT` or `PWM`."""
     acceleration: int
-    """Register units, 0 = as fast as the motor can."""
+    """Acceleration, register units; 0 for the maximum of the motor."""
     position: int
-    """Counts."""
+    """Goal position, counts."""
     torque: int
-    """Register units; a limit of position and speed, signed for the current; 0.1 % duty in PWM mode (assumption)."""
+    """Torque limit, signed in current mode, register units; in PWM mode duty, 0.1 % (assumption)."""
     speed: float
-    """Counts/s."""
+    """Goal speed, counts/s."""
     current_limit: int
-    """Protection current, register units: bounds every mode that controls current."""
+    """Protection current, register units; bounds the current in all modes but PWM."""
     duty_limit: int
     """Torque limit register, 0.1 % of full duty."""
     gain: float
-    """Gain register over its factory value, for which the unit's own gain stands (the proportion is an assumption)."""
+    """Gain register relative to its factory value; scales the unit's gain in proportion (assumption)."""
     damping: float
-    """Damping register, as the gain."""
+    """Damping register relative to its factory value; scales the unit's damping in proportion (assumption)."""
     dead_zone: tuple[int, int]
-    """Counts of error towards higher and towards lower counts that are left alone."""
+    """Ignored position error towards higher and towards lower counts, counts."""
 
     @classmethod
     def of(cls, memory: RegisterFile) -> LoopSettings:
-        """Read them from the registers."""
+        """Read the settings from the registers."""
         model, get = memory.model, memory.get
         mode = model.mode_codes[min(get("mode"), len(model.mode_codes) - 1)]
         if model.limits_select_motor and not get("min_angle") and not get("max_angle"):
@@ -92,7 +92,7 @@ class LoopSettings(NamedTuple):
         )
 
     def with_goal_of(self, memory: RegisterFile) -> LoopSettings:
-        """Return what `of` would when nothing but `GOAL` was written since; the torque is on."""
+        """Return the result of `of` after writes to `GOAL` registers only; requires torque on."""
         get = memory.get
         return LoopSettings(
             self.enable,
@@ -110,16 +110,16 @@ class LoopSettings(NamedTuple):
 
     @property
     def current(self) -> int:
-        """Largest current the loop may ask for, register units."""
+        """Bound on the current of the loop, register units."""
         return min(abs(self.torque), self.current_limit)
 
     def drive(self, setpoint: float, direction: int, servo: ServoParameters) -> Drive:
         """Return the drive for these settings.
 
         Args:
-            setpoint: goal angle for the modes that have one, rad.
-            direction: +1 when counts grow as the channel closes.
-            servo: the servo's physics.
+            setpoint: goal angle, rad; used in position and speed mode only.
+            direction: +1 if counts grow as the channel closes, else -1.
+            servo: physical parameters.
         """
         if self.enable == OFF:
             return UNPOWERED
@@ -131,7 +131,7 @@ class LoopSettings(NamedTuple):
         duty = servo.stall_torque * self.duty_limit / 1000.0
         bound = effort_limit(self.current, servo)
         if self.mode == CURRENT:
-            # Positive torque pulls toward lower counts (assumption 4 of the docs; the recorded currents agree).
+            # Positive torque pulls toward lower counts (assumption 4 of the docs; recorded currents agree).
             torque = math.copysign(duty, -direction * self.torque)
             return Drive(torque=torque, limit=duty, current_limit=bound)
         if not bound:
@@ -141,7 +141,7 @@ class LoopSettings(NamedTuple):
         )
 
     def differs_by_setpoint(self, other: LoopSettings) -> bool:
-        """Return whether `drive` of both, at one setpoint, is the same, and has a setpoint."""
+        """Return whether both settings follow a setpoint and differ in nothing else that `drive` uses."""
         return self.enable == ON and self.mode in (POSITION, SPEED) and self._of_drive == other._of_drive
 
     @property
@@ -158,20 +158,20 @@ class LoopSettings(NamedTuple):
 
     @property
     def has_dead_zone(self) -> bool:
-        """Whether small errors are left alone; the factory's single count is in the fitted gains (assumption)."""
+        """Whether small errors are ignored; the fitted gains include the factory's 1 count (assumption)."""
         return max(self.dead_zone) > FACTORY_DEAD_ZONE
 
     def ignores(self, error: float) -> bool:
-        """Return whether an error (counts) lies in the dead zone."""
+        """Return whether an error (counts) is within the dead zone."""
         towards_higher, towards_lower = self.dead_zone
         return -towards_lower <= error <= towards_higher
 
     def limits(self, fastest: float, acceleration_unit: float) -> tuple[float, float] | None:
-        """Return speed (counts/s) and acceleration (counts/s²) of the profile, None when neither limits the motor.
+        """Return speed (counts/s) and acceleration (counts/s²) of the profile, or None if neither limits the motor.
 
         Args:
-            fastest: what the motor reaches without load, counts/s.
-            acceleration_unit: one unit of the acceleration register, counts/s².
+            fastest: no-load speed of the motor, counts/s.
+            acceleration_unit: unit of the acceleration register, counts/s².
         """
         speed = abs(self.speed)
         acceleration = acceleration_unit * self.acceleration
@@ -181,7 +181,7 @@ class LoopSettings(NamedTuple):
 
 
 def _speed(memory: RegisterFile, mode: int) -> float:
-    """Return the speed (counts/s) that the goal asks for."""
+    """Return the goal speed, counts/s."""
     speed = memory.get("goal_speed")
     if not speed and memory.model.zero_speed_is_fastest and mode == POSITION:
         speed = FASTEST

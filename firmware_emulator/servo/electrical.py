@@ -1,4 +1,4 @@
-"""Current and temperatures of a servo as pure functions of effort and time."""
+"""Current and temperatures of a servo, as pure functions of effort and time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from firmware_emulator.servo.parameters import CURRENT_UNIT_MA, ServoParameters
 
 
 class CurrentLaw:
-    """The current of one servo (register units, unsigned), its constants worked out."""
+    """Current of one servo (register units, unsigned), with precomputed constants."""
 
     def __init__(self, servo: ServoParameters) -> None:
         self._effort_per_count = servo.stall_torque * servo.duty_per_count
@@ -26,7 +26,7 @@ class CurrentLaw:
         self._lines = [
             (end, start, units, (last - units) / (end - start)) for (start, units), (end, last) in pairwise(knots)
         ]
-        """Straight lines beyond the recorded curve: end and start, counts, units at the start, units a count."""
+        """Linear segments beyond the recorded curve: end and start (counts), units at the start, units per count."""
         self._at_rest_always = not servo.current_turning_ma and math.isinf(servo.current_fading_counts)
         self._floor = servo.current_floor_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
         self._turning = servo.current_turning_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
@@ -35,8 +35,8 @@ class CurrentLaw:
     def at_rest(self, effort: float) -> float:
         """Return the current of a motor held at an effort (N m, sign ignored).
 
-        The recorded curve as far as channels held still (30 mA a count of error below 10 counts, 37 at 20, 43 at 30, 50
-        at 46), from there straight to what blocked fingers drew, and on to the reading at full duty, whatever the gain.
+        Up to `current_known_counts` the curve recorded on channels at rest (30 mA per count of error below 10 counts,
+        37 at 20, 43 at 30, 50 at 46); then linear to the current of blocked fingers and on to that at full duty.
         """
         counts = abs(effort) / self._effort_per_count
         if counts <= self._known:
@@ -47,10 +47,10 @@ class CurrentLaw:
         return units + (counts - start) * slope
 
     def turning(self, effort: float, speed: float) -> float:
-        """Return the current of a winding's effort (N m) and a speed (counts/s), signs ignored.
+        """Return the current at a winding effort (N m) and a speed (counts/s), signs ignored.
 
-        At rest it is `at_rest`. A motor that turns draws more for the same effort, a fast one no more than the floor of
-        the static curve: that is what a recorded hand shows, and no theory.
+        At speed 0 the result equals `at_rest`. A turning motor draws more at equal effort; at high speed the current
+        falls to the floor of the static curve. Empirical, from recordings of one hand.
         """
         at_rest = self.at_rest(effort)
         if self._at_rest_always:
@@ -68,9 +68,9 @@ class CurrentLaw:
 
 @lru_cache(maxsize=512)
 def effort_limit(current_units: int, servo: ServoParameters) -> float:
-    """Return the effort (N m) at which the static current is `current_units`, at most the stall torque.
+    """Return the effort (N m) with a static current of `current_units`, at most the stall torque.
 
-    The inverse of `CurrentLaw.at_rest`: a blocked servo's reading reaches exactly its goal torque, as homing needs.
+    Inverse of `CurrentLaw.at_rest`: a blocked servo's reading reaches exactly its goal torque, as homing requires.
     """
     current = CurrentLaw(servo).at_rest
     if current(servo.stall_torque) <= current_units:
@@ -86,17 +86,17 @@ def effort_limit(current_units: int, servo: ServoParameters) -> float:
 
 
 class Warmth(NamedTuple):
-    """Temperatures of one servo; its sensor, beside the motor, reads their sum."""
+    """Temperatures of one servo; the sensor, beside the motor, reads their sum."""
 
     case_c: float
-    """Of the case, °C."""
+    """Temperature of the case, °C."""
     motor_c: float = 0.0
-    """Of the motor above the case, K."""
+    """Temperature of the motor above the case, K."""
 
     def after(self, current_a: float, speed_counts: float, seconds: float, servo: ServoParameters) -> Warmth:
-        """Return the temperatures after `seconds` at a current (A, as read) and a speed (counts/s), signs ignored.
+        """Return the temperatures after `seconds` at a measured current (A) and a speed (counts/s), signs ignored.
 
-        One law at rest and in motion: current and travel warm the motor, its copper losses warm the case.
+        Current and speed heat the motor, copper losses heat the case, both at rest and in motion.
         """
         case = servo.rest_temperature_c + servo.case_c_per_a2 * current_a**2
         motor = servo.motor_c_per_a * abs(current_a) + servo.motor_c_per_count_per_s * abs(speed_counts)

@@ -1,6 +1,6 @@
-"""The measurements a servo reports: registers 56 to 70, from the state of its shaft.
+"""Measurement registers 56 to 70 of a servo, computed from the state of its shaft.
 
-Refreshed for all seven servos a hundred times a second, so what does not change is worked out beforehand.
+Refreshed for all seven servos at 100 Hz, so constants are precomputed.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from firmware_emulator.servo.parameters import RAD_PER_COUNT, ServoParameters
 from firmware_emulator.servo.shafts import Sample
 
 BLOCK = "HHHBBBBBHH"
-"""Registers 56 to 70."""
+"""Struct format of registers 56 to 70."""
 WITHOUT_CURRENT = 4
-"""Bytes of the block that a servo lacks which measures no current."""
+"""Bytes missing from the block of a servo without current measurement."""
 MULTI_TURN = 0x10
-"""Bit of the phase register: the reading counts turns."""
+"""Bit of the phase register for a multi-turn position reading."""
 MAX_WORD = 0x7FFF
 """Largest magnitude of a sign-magnitude word."""
 MAX_UNITS = 2047
-"""What the current register can hold."""
+"""Largest value of the current register."""
 REACHED_COUNTS = 30
-"""Error up to which the goal counts as reached, counts (assumption)."""
+"""Threshold of the position error, counts; up to it the goal counts as reached (assumption)."""
 
 
 class FeedbackBlock:
-    """Keeps a servo's measurement registers up to date; one refresh a tick, however often they are read."""
+    """Measurement registers of a servo, refreshed at most once per tick."""
 
     def __init__(
         self, memory: RegisterFile, frame: Frame, mounting: Mounting, parameters: ServoParameters, noise: Random
@@ -53,15 +53,15 @@ class FeedbackBlock:
         self._filter_s = parameters.current_filter_s
         self._noise = standard_normal(noise).__next__
         self._noise_units = parameters.current_noise_units
-        # The sign of load and current is that of a goal torque: positive toward lower counts.
+        # Load and current have the sign of a goal torque: positive toward lower counts.
         self._sign = -mounting.direction
         self._speed_units = frame.counts_per_rad / model.speed_unit_counts
-        # Those of the motor are 4096 a turn, whatever the encoder has.
+        # Motor counts are 4096 per turn for every encoder resolution.
         self._motor_counts_per_rad = mounting.direction / RAD_PER_COUNT
         self._load_units = 1000.0 / parameters.stall_torque
         self._back_emf = self._sign * parameters.back_emf
         self.volts = parameters.voltage
-        """What the supply gives this servo, V."""
+        """Supply voltage at this servo, V."""
         self._settings: LoopSettings | None = None
         self._limit = 0
         self._seen: Sample | None = None
@@ -72,11 +72,11 @@ class FeedbackBlock:
         self.current_units = 0
 
     def invalidate(self) -> None:
-        """Write the registers at the next refresh even if the shaft has not been sampled again."""
+        """Force the next refresh to write the registers, even without a new sample."""
         self._seen = None
 
     def refresh(self, sample: Sample, settings: LoopSettings, setpoint_counts: float) -> None:
-        """Write the registers from a sample of the shafts, unless it is the one they show already."""
+        """Write the registers from a sample of the shafts; skip a sample already written."""
         if sample is self._seen:
             return
         self._seen = sample
@@ -104,7 +104,7 @@ class FeedbackBlock:
             speed if 0 <= speed <= MAX_WORD else _word(speed),
             load if load >= 0 else -load | 0x400,
             round(10.0 * self.volts),
-            warm if warm < 255 else 255,  # what a servo that heats on and on comes to
+            warm if warm < 255 else 255,  # clipped to one byte
             memory[self._async_flag],
             self.status,
             self._moving_bits & moving,
@@ -114,11 +114,11 @@ class FeedbackBlock:
         memory[self._span] = block[: self._size]
 
     def _current(self, winding: float, speed: float, now: float, settings: LoopSettings) -> int:
-        """Reading (register units) for what drives the winding, N m, at a speed, counts/s."""
+        """Return the current reading (register units) for a winding effort (N m) and a speed (counts/s)."""
         if settings is not self._settings:
             self._settings = settings
             self._limit = MAX_UNITS if settings.mode == PWM else settings.current
-        # The loop clips what it drives; a blocked servo comes to read its goal torque exactly, as homing needs.
+        # The loop clips the current, so a blocked servo reads exactly its goal torque, as homing requires.
         limit = self._limit
         units = 0.0
         if settings.enable != OFF:
@@ -134,7 +134,7 @@ class FeedbackBlock:
 
 
 def standard_normal(random: Random) -> Iterator[float]:
-    """Yield what `random.gauss(0.0, 1.0)` would return, one after another, at half of what it takes."""
+    """Yield the sequence of `random.gauss(0.0, 1.0)` at half its cost."""
     uniform = random.random
     while True:
         angle = uniform() * tau
@@ -144,5 +144,5 @@ def standard_normal(random: Random) -> Iterator[float]:
 
 
 def _word(value: int) -> int:
-    """Sign-magnitude word of a measurement; readings beyond 15 bits stay at the end of the range."""
+    """Return the sign-magnitude word of a measurement, saturated at 15 bits."""
     return min(value, MAX_WORD) if value >= 0 else min(-value, MAX_WORD) | 0x8000

@@ -1,4 +1,4 @@
-"""What a servo does with an instruction, as a table; the bus decides who is addressed and who may answer."""
+"""Effect of each instruction on a servo, as a table; the bus handles addressing and the permission to answer."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from firmware_emulator.packets import Instruction
 from firmware_emulator.servo.servo import Servo
 
 ALWAYS_ANSWERED = frozenset({Instruction.PING, Instruction.READ})
-"""What is answered even at response level 0."""
+"""Instructions answered even at response level 0."""
 LONGEST_READ = 253
-"""Registers in one answer: their number and two more have to fit into its length byte."""
+"""Most registers in one answer; their number plus two must fit into the length byte."""
 
 
 def _ping(_servo: Servo, _parameters: bytes) -> bytes | None:
@@ -75,4 +75,4 @@ EXECUTE: dict[int, Callable[[Servo, bytes], bytes | None]] = {
     Instruction.RESET: _reset,
     Instruction.CALIBRATE: _calibrate,
 }
-"""Instruction to its effect: returns the answer's parameters, None for silence (malformed, or no answer by nature)."""
+"""Effect of each instruction; returns the answer's parameters, or None for no answer (malformed, or REBOOT)."""

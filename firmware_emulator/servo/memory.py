@@ -1,4 +1,4 @@
-"""A servo's register file: what reads return and writes leave, EEPROM and RAM, lock and power cycle."""
+"""Register file of a servo: EEPROM and RAM, access rules, lock and power cycle."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from firmware_emulator.servo.models import HLS3606M
 
 
 class RegisterFile:
-    """Bytes with the rules of the register map; meaning is added by the servo."""
+    """Register bytes with the access rules of the register map; `Servo` adds their meaning."""
 
     def __init__(self, servo: int, model: ServoModel = HLS3606M) -> None:
-        """Hold a model's factory values for the servo with this ID."""
+        """Load the factory values of `model` and the ID `servo`."""
         self.model = model
-        # Name to the addresses of the low and the high byte (0: there is none) and what stands for the sign (0: none),
-        # since a goal reads a dozen registers of each servo.
+        # Name to the addresses of low and high byte (0: none) and the sign mask (0: unsigned). Precomputed because a
+        # goal reads a dozen registers per servo.
         self._places = {
             name: (*_byte_places(row, model), 1 << row.sign_bit if row.sign_bit else 0)
             for name, row in model.places.items()
         }
         self._lock = model.places["lock"].address
-        # Behind what the bus reads stand the numbers of what the model lacks.
+        # Constants in place of missing registers are stored beyond the addresses of the bus.
         size = max(MEMORY_SIZE, *(row.span.stop for row in model.places.values()))
         self._eeprom = bytearray(size)
         self._put_factory_values()
@@ -31,50 +31,50 @@ class RegisterFile:
         self.power_up()
 
     def power_up(self) -> None:
-        """Forget RAM: load EEPROM, then the registers that start as copies of others."""
+        """Reload RAM from EEPROM, then copy the registers of the model's `power_up`."""
         self.bytes[:] = self._eeprom
         for source, target in self.model.power_up.items():
             self.set(target, self.get(source))
 
     def restore(self) -> None:
-        """Put factory values everywhere except the ID."""
+        """Restore all factory values except the ID."""
         servo = self.get("id")
         self._put_factory_values()
         self._store(self._eeprom, self.model.places["id"], servo)
         self.power_up()
 
     def get(self, name: str) -> int:
-        """Return a register's value, signed where the register is."""
+        """Return the value of a register, signed for signed registers."""
         low, high, sign = self._places[name]
         word = self.bytes[low]
         if high:
             word |= self.bytes[high] << 8
-        # As `decode_signed` says; bits above the sign do not count.
+        # Inlined `decode_signed`; bits above the sign are ignored.
         return -(word & sign - 1) if word & sign else word & sign - 1 if sign else word
 
     def set(self, name: str, value: int) -> None:
-        """Set a register from inside the servo, whether or not a bus write may."""
+        """Set a register from inside the servo, even a read-only one."""
         self._store(self.bytes, self.model.places[name], value)
 
     def keep(self, name: str) -> None:
-        """Copy a register's present value to EEPROM if the lock permits, as calibration does."""
+        """Copy a register's present value to EEPROM, unless locked."""
         if not self.bytes[self._lock]:
             register = self.model.places[name]
             span = slice(register.address, register.address + register.size)
             self._eeprom[span] = self.bytes[span]
 
     def read(self, address: int, count: int) -> bytes:
-        """Return `count` bytes; addresses behind the map read as zero."""
+        """Return `count` bytes; addresses beyond the map read as zero."""
         data = self._readable[address : address + count].tobytes()
         return data if len(data) == count else data.ljust(count, b"\0")
 
     def write(self, address: int, data: bytes) -> None:
-        """Apply a bus write: read-only bytes are left, values out of a register's range are brought to its edge."""
+        """Apply a bus write: read-only bytes are unchanged, values are clipped to the register's range."""
         spans, registers = _writable(self.model, address, len(data))
         for first, stop in spans:
             self.bytes[first:stop] = data[first - address : stop - address]
         for register, low, high in registers:
-            # A word within the range stands there as it is stored; that of a negative value is none of them.
+            # Words within the range need no clipping; the word of a negative value is never within.
             if not register.low <= self.bytes[low] | (self.bytes[high] << 8 if high else 0) <= register.high:
                 self._store(self.bytes, register, self._bounded(register))
             if register.address < EEPROM_END:
@@ -97,7 +97,7 @@ class RegisterFile:
 
 
 def _byte_places(register: Register, model: ServoModel) -> tuple[int, int]:
-    """Addresses of the low and the high byte, 0 for no high byte."""
+    """Return the addresses of the low and the high byte, 0 for no high byte."""
     if register.size == 1:
         return register.address, 0
     first, second = register.span
@@ -108,10 +108,10 @@ def _byte_places(register: Register, model: ServoModel) -> tuple[int, int]:
 def _writable(
     model: ServoModel, address: int, count: int
 ) -> tuple[tuple[tuple[int, int], ...], tuple[tuple[Register, int, int], ...]]:
-    """Return what a bus write of `count` bytes from `address` changes.
+    """Return the writable targets of a bus write of `count` bytes from `address`.
 
     Returns:
-        Runs of addresses, first and behind the last; and registers, with the addresses of low and high byte.
+        Runs of addresses (first, one past the last), and registers with the addresses of low and high byte.
     """
     runs: list[tuple[int, int]] = []
     registers: dict[Register, None] = {}
@@ -124,7 +124,7 @@ def _writable(
     return tuple(runs), tuple((register, *_byte_places(register, model)) for register in registers)
 
 
-# Signed numbers stand as sign and magnitude, with the sign in bit 15, or in bit 10 for the load.
+# Signed numbers are stored as sign and magnitude, with the sign in bit 15, or in bit 10 for the load.
 def encode_signed(value: int, sign_bit: int = 15) -> int:
     """Return the register word of a signed value.
 

@@ -1,11 +1,11 @@
-"""A kind of bus servo as data: its registers, and in what kinds differ. One TOML file is one kind.
+"""Bus servo models as data, one TOML file per model: registers and other differences between models.
 
-A file states `name`, `number`, the encodings, `[sources]` (a letter for each), and one row for each register: name,
-address, size, access (`r` or `rw`), lowest, highest and factory value, sign bit (0 for none), unit, source. `like =
-"OTHER"` takes over what another kind has; rows and settings of the file then replace it, `without` drops registers.
+A file contains `name`, `number`, the encodings, `[sources]` (one letter each), and one row per register: name, address,
+size, access (`r` or `rw`), lowest, highest and factory value, sign bit (0 for none), unit, source. `like = "OTHER"`
+inherits another model; rows and settings of the file override inherited ones, `without` removes registers.
 
-What a kind lacks it answers as zeros. What stands in for such a register inside the servo is in `[instead]`: another
-register's name, or a number that never changes.
+Missing registers read as zeros on the bus. Inside the servo, `[instead]` replaces a missing register by another
+register's name or by a constant.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from typing import Any, Literal, NamedTuple
 from firmware_emulator.packets import Instruction
 
 MEMORY_SIZE = 128
-"""Addresses that a bus read finds anything at."""
+"""Number of addresses readable on the bus."""
 EEPROM_END = 40
 FEEDBACK = 56
-"""First address of the measurements; up to 66 they are alike in all series."""
+"""First address of the measurements; up to 66 they are equal in all series."""
 FEEDBACK_SIZE = 15
-"""Bytes of the measurements that the hand's firmware reads in one go."""
+"""Length of the measurement block read by the hand's firmware, bytes."""
 MODES = ("position", "speed", "current", "pwm", "step")
-"""What a mode register's value may stand for; `step` is not modelled and acts as `position`."""
+"""Operating modes of the mode register; `step` is not modelled and acts as `position`."""
 
 
 class Register(NamedTuple):
@@ -41,23 +41,23 @@ class Register(NamedTuple):
     size: int
     """Bytes, 1 or 2."""
     writable: bool
-    """Whether a write has an effect; others are acknowledged and ignored."""
+    """Whether bus writes have an effect; writes to read-only registers are acknowledged and ignored."""
     low: int
-    """Smallest value (magnitude for signed registers); smaller ones are stored as this."""
+    """Smallest value (magnitude for signed registers); smaller ones are clipped."""
     high: int
-    """Largest value (magnitude for signed registers); larger ones are stored as this."""
+    """Largest value (magnitude for signed registers); larger ones are clipped."""
     default: int
     """Factory value."""
     sign_bit: int
-    """Bit that is the sign of a sign-magnitude word; 0 when there is none."""
+    """Sign bit of a sign-magnitude word; 0 for an unsigned register."""
     unit: str
-    """Unit of one count of the register."""
+    """Physical unit of the register's least significant bit."""
     source: str
-    """Letter of the model's `sources`."""
+    """Letter of the source, a key of the model's `sources`."""
 
     @property
     def span(self) -> range:
-        """Its addresses."""
+        """Addresses of the register's bytes."""
         return range(self.address, self.address + self.size)
 
 
@@ -67,56 +67,56 @@ NEEDED = frozenset(
     goal_torque goal_pwm goal_speed torque_limit kp kd lock present_position present_speed present_load
     present_voltage present_temperature async_flag status moving present_current""".split()  # noqa: SIM905
 )
-"""What a servo looks up; each is a register of the model, or has something `instead`."""
+"""Registers used by `Servo`; each must be in the model or in its `instead`."""
 
 
 @dataclass(frozen=True, eq=False)
 class ServoModel:
-    """One kind of servo."""
+    """Servo model."""
 
     name: str
-    """As its maker writes it."""
+    """Name of the model in the manufacturer's spelling."""
     number: int
     """Model number, registers 3 and 4."""
     byte_order: Literal["little", "big"]
-    """Of two-byte registers."""
+    """Byte order of two-byte registers."""
     resolution: int
     """Counts over the span of the encoder."""
     span_deg: float
-    """Span of the encoder, degrees: 360 for a magnetic one, whose reading wraps, less for a potentiometer."""
+    """Span of the encoder, degrees: 360 for a magnetic encoder (wraps), less for a potentiometer."""
     speed_unit_counts: float
-    """One unit of a speed register, counts/s."""
+    """Unit of a speed register, counts/s."""
     zero_speed_is_fastest: bool
-    """Whether speed 0 means no limit; else it means no motion."""
+    """Whether goal speed 0 means no limit instead of no motion."""
     limits_select_motor: bool
-    """Whether both angle limits at 0 select the PWM mode, where there is no mode register."""
+    """Whether both angle limits at 0 select PWM mode (models without a mode register)."""
     middle_by_torque: bool
-    """Whether 128 in the torque register makes the present position 2048."""
+    """Whether writing 128 to the torque register makes the present position 2048."""
     modes: tuple[str, ...]
-    """What the values of the mode register stand for, names of `MODES`."""
+    """Names of `MODES` by the value of the mode register."""
     instructions: frozenset[Instruction]
-    """What it executes; it is silent to others."""
+    """Supported instructions; others are not answered."""
     baud_rates: tuple[int, ...]
     """Baud rates by the value of the baud register, bit/s."""
     registers: Mapping[str, Register]
-    """Rows by name."""
+    """Registers by name."""
     instead: Mapping[str, str | int]
-    """What stands in for a register that it lacks."""
+    """Replacement of each missing register: another register's name, or a constant."""
     power_up: Mapping[str, str]
-    """EEPROM register to the RAM register that it is copied to at power-up."""
+    """RAM register to load at power-up, by EEPROM register."""
     physics: Mapping[str, float]
-    """Fields of `ServoParameters` that a data sheet states."""
+    """Fields of `ServoParameters` with values from a data sheet."""
     sources: Mapping[str, str]
-    """Letter to where a number comes from."""
+    """Source by letter."""
 
     @cached_property
     def knows_sync_read(self) -> bool:
-        """Whether it takes part in a sync read."""
+        """Whether the servo answers sync reads."""
         return Instruction.SYNC_READ in self.instructions
 
     @property
     def wraps(self) -> bool:
-        """Whether the reading continues from 0 after a turn."""
+        """Whether the position reading wraps to 0 after a turn."""
         return self.span_deg == 360.0
 
     @property
@@ -126,7 +126,7 @@ class ServoModel:
 
     @cached_property
     def places(self) -> dict[str, Register]:
-        """Every name that a servo looks up: registers, their stand-ins, and constants behind what the bus can read."""
+        """Registers by name, including replacements and constants stored beyond the addresses of the bus."""
         places = dict(self.registers)
         numbers = {name: value for name, value in self.instead.items() if isinstance(value, int)}
         for at, (name, value) in enumerate(numbers.items()):
@@ -138,12 +138,12 @@ class ServoModel:
 
     @cached_property
     def register_at(self) -> dict[int, Register]:
-        """The register that each address is a byte of."""
+        """Register by address."""
         return {address: register for register in self.registers.values() for address in register.span}
 
     @cached_property
     def mode_codes(self) -> tuple[int, ...]:
-        """Modes by register value, as places in `MODES`."""
+        """Indices into `MODES` by the value of the mode register."""
         return tuple(0 if mode == "step" else MODES.index(mode) for mode in self.modes)
 
     def has(self, name: str) -> bool:
@@ -151,7 +151,7 @@ class ServoModel:
         return name in self.registers
 
     def span(self, first: str, *others: str) -> range:
-        """Return the addresses from the first to the last of some registers; none of what the servo lacks."""
+        """Return the address range that covers some registers, ignoring missing ones."""
         spans = [place.span for name in (first, *others) if (place := self.places[name]).address < MEMORY_SIZE]
         return range(min(span.start for span in spans), max(span.stop for span in spans)) if spans else range(0)
 
@@ -160,11 +160,11 @@ LARGEST_BYTES = 2**20
 
 
 def read_model(path: Path, known: Callable[[str], Mapping[str, Any]]) -> dict[str, Any]:
-    """Return a file's content, with that of the model it is `like` below it; `known` returns the content of a model.
+    """Return a file's content merged over that of its `like` model; `known` returns the content of a model.
 
     Raises:
-        ValueError: it is no TOML.
-        OSError: it cannot be read.
+        ValueError: the file is not TOML or has invalid keys.
+        OSError: the file cannot be read.
     """
     if path.exists() and not (path.is_file() and path.stat().st_size <= LARGEST_BYTES):
         raise ValueError(f"{path}: not a file of a servo model, which has at most {LARGEST_BYTES} bytes")
@@ -191,7 +191,7 @@ def build_model(content: Mapping[str, Any], place: Path) -> ServoModel:
     """Return the model of a file's content.
 
     Raises:
-        ValueError: something is missing, of the wrong kind, or does not fit; the message names file and place.
+        ValueError: a value is missing, of the wrong type or inconsistent; the message names file and value.
     """
     try:
         registers = _registers(content)

@@ -1,6 +1,6 @@
-"""Kinds of bus servo, a TOML file each; see `model_file` for what a file states.
+"""Bus servo models, one TOML file each; `model_file` describes the format.
 
-Every number names its source by a letter of its file's `[sources]`; what no source states is marked there as unknown.
+Every number names its source by a letter of its file's `[sources]`; numbers without a source are marked as unknown.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from firmware_emulator.servo.model_file import ServoModel, build_model, read_mod
 
 FOLDER = Path(__file__).parent
 SHIPPED = tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
-"""Names of the models that come with this package."""
+"""Names of the models in this package."""
 
 
 @cache
@@ -22,8 +22,8 @@ def model_of(name: str) -> ServoModel:
     """Return the model of a shipped name, or of the path of a `.toml` file.
 
     Raises:
-        ValueError: no such model, or a file that states none.
-        OSError: a file that cannot be read.
+        ValueError: the model is unknown, or the file is invalid.
+        OSError: the file cannot be read.
     """
     path = _path(name)
     return build_model(read_model(path, _content), path)
@@ -42,6 +42,6 @@ def _path(name: str) -> Path:
 
 
 HLS3606M = model_of("HLS3606M")
-"""The hand's servo."""
+"""Model of the hand's servos."""
 REGISTERS = HLS3606M.registers
-"""Its registers by name: below 40 EEPROM, 40 to 55 RAM, 56 and above measurements and factory data."""
+"""Registers of the HLS3606M by name: EEPROM below 40, RAM 40 to 55, measurements and factory data from 56."""
