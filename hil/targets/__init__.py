@@ -1,4 +1,4 @@
-"""Targets: what a test or an experiment runs against, opened by the value that `--hil` takes."""
+"""Targets of tests and experiments, opened by the value of `--hil`."""
 
 from aero_hil import hidden
 

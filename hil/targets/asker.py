@@ -1,6 +1,6 @@
-"""The person at the hand: questions as data, with typed answers, and what the person is shown.
+"""Dialogue with the person at the hand: questions with typed answers, and messages, as data.
 
-A terminal, a page or a played owner is an `Asker`. Whoever asks does not know which.
+`Asker` is implemented by a terminal, a page and a simulated owner.
 """
 
 from __future__ import annotations
@@ -16,51 +16,51 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True)
 class Question(ABC, Generic[Answer]):
-    """Something that only the person knows."""
+    """Question to the person at the hand."""
 
     text: str
 
     @abstractmethod
     def read(self, line: str) -> Answer:
-        """Return the answer that a line of text gives.
+        """Parse an answer from a line of text.
 
         Raises:
-            ValueError: none; the message lists what may be answered.
+            ValueError: invalid answer; the message names the valid ones.
         """
 
     @abstractmethod
     def line(self, answer: Answer) -> str:
-        """Return the line that `read` takes for an answer, for a file."""
+        """Return an answer as a line that `read` parses, for a file."""
 
 
 @dataclass(frozen=True)
 class Option(Generic[Answer]):
-    """One answer of several; a button on a page."""
+    """Possible answer to a question; a button on a page."""
 
     label: str
     answer: Answer
     key: str = ""
-    """Typed for it; Enter alone where empty."""
+    """Key on a terminal; Enter if empty."""
 
 
 @dataclass(frozen=True)
 class Choice(Question[Answer]):
-    """One of several answers; of an act that is to be done, `Done` is the only one."""
+    """Question with several answers, or only `Done` for a requested act."""
 
     options: tuple[Option[Answer], ...]
     motion: str = ""
-    """Motion in the progress that it is about; empty for the hand as it is."""
+    """Name of the motion in question; empty for the hand at rest."""
 
     @property
     def legend(self) -> str:
-        """The keys and their labels, for a terminal."""
+        """Keys and labels of the options, for a terminal."""
         return ", ".join(f"{one.key or 'Enter'} {one.label}" for one in self.options)
 
     def read(self, line: str) -> Answer:
-        """Return the answer of a key, a label or the answer itself.
+        """Return the answer for its key, its label or its own text.
 
         Raises:
-            ValueError: there is no such answer.
+            ValueError: no option matches the line.
         """
         typed = line.strip().lower()
         for option in self.options:
@@ -75,7 +75,7 @@ class Choice(Question[Answer]):
 
 @dataclass(frozen=True)
 class FreeText(Question[str]):
-    """Free text, which may be empty."""
+    """Question with a free text as answer, possibly empty."""
 
     def read(self, line: str) -> str:
         """Return the text."""
@@ -91,59 +91,59 @@ YES_OR_NO = (Option("yes", True, "y"), Option("no", False, "n"))
 
 @dataclass(frozen=True)
 class StepShown:
-    """The step of a case that comes next."""
+    """Next step of a case, for display."""
 
     do: str
     why: str
     minutes: float
-    """Of the person's time."""
+    """Working time of the person."""
     tool: str = ""
-    """Empty for none."""
+    """Required tool; empty for none."""
     channels: tuple[Channel, ...] = ()
     """Digits to be touched."""
 
 
 @dataclass(frozen=True)
 class CaseShown:
-    """How a case stands."""
+    """Status of a case, for display."""
 
     done: tuple[str, ...] = ()
-    """The steps so far, each with its outcome."""
+    """Finished steps with their outcomes."""
     step: StepShown | None = None
-    """None once the case is closed."""
+    """Next step; None in a closed case."""
     conclusion: str = ""
-    """Empty while it is open."""
+    """Conclusion of the case; empty in an open case."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion of the hand that is about to begin."""
+    """Announced motion of the hand."""
 
     text: str
-    """Channels, time, and what stops it, for people."""
+    """Channels, duration and stop conditions, as text for display."""
     channels: tuple[Channel, ...]
     seconds: float
-    """Longest time from its beginning to its end, s."""
+    """Longest duration of the motion, s."""
 
 
 class Asker(Protocol):
-    """Somebody at the hand, and the way to reach them."""
+    """Dialogue channel to the person at the hand."""
 
     def ask(self, question: Question[Answer]) -> Answer:
         """Return the person's answer.
 
         Raises:
-            KeyboardInterrupt: nobody answers any more, or the person stops.
+            KeyboardInterrupt: the dialogue has ended, or the person stops the program.
         """
 
     def show(self, case: CaseShown) -> None:
-        """Show how a case stands."""
+        """Show the status of a case."""
 
     def announce(self, motion: Motion) -> None:
-        """Show what will move before it does."""
+        """Show a motion before its start."""
 
     def progress(self, part: float, doing: str, left_s: float) -> None:
-        """Show how far the announced motion is, 0 to 1, and the time that it takes still, s; 1 ends it."""
+        """Show the progress of the announced motion, 0 to 1 (finished), and its remaining time, s."""
 
     def tell(self, text: str) -> None:
         """Show a line."""

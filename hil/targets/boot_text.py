@@ -1,7 +1,7 @@
-"""What a board's boot text says about it: version, hand side, and servos that did not answer.
+"""Identification of a board by its boot text: version, hand side, and silent servos.
 
-No version can report itself; the lines that it prints when it starts are all there is. Source: `aero-open-firmware`
-d7bd82e and the published images 0.1.0 to 0.2.0.
+Firmware cannot report its version; the boot text is the only evidence. Source: `aero-open-firmware` d7bd82e and the
+published images 0.1.0 to 0.2.0.
 """
 
 from __future__ import annotations
@@ -12,33 +12,33 @@ from dataclasses import dataclass
 from aero.firmware import FIRMWARE, BootText
 
 PINGS = "Pinging servos"
-"""Printed before each servo is asked, by every version up to 0.1.4."""
+"""Line before the pings of the servos; versions up to 0.1.4."""
 RESET_CAUSE = ("Power-on detected", "Non-power reset")
-"""Printed from 0.1.4 on."""
+"""Lines with the cause of a reset; version 0.1.4 and later."""
 AUTO_HOMING = "Auto Homing"
-"""Printed by 0.1.3 alone."""
+"""Line of version 0.1.3 only."""
 
 
 @dataclass(frozen=True)
 class Identity:
-    """What a boot text gives away."""
+    """Findings from a boot text."""
 
     versions: tuple[str, ...]
-    """Firmware versions that print such a text; empty for a text of something else."""
+    """Firmware versions with such a boot text; empty for an unknown text."""
     side: str | None
-    """`right` or `left`; None where the version does not say."""
+    """`right` or `left`; None if the text does not name the side."""
     silent: tuple[int, ...]
-    """Bus IDs of the servos that did not answer."""
+    """Bus IDs of the silent servos."""
 
     def describe(self) -> str:
-        """Say in one line what it is."""
+        """Return one line with version, side and silent servos."""
         versions = " or ".join(self.versions) or "an unknown version"
         silent = f", no answer from servo {', '.join(map(str, self.silent))}" if self.silent else ""
         return f"boot text of firmware {versions}, {self.side or 'unknown'} hand{silent}"
 
 
 def identify(text: str) -> Identity:
-    """Read a boot text, or the part of one that was caught."""
+    """Identify a board by its boot text or a part of it."""
     side = re.search(r"Hand Type: (RIGHT|LEFT)_HAND", text)
     silent = tuple(int(servo) for servo in re.findall(r"ID (\d): NO REPLY", text))
     return Identity(_versions(text, has_side=side is not None), side.group(1).lower() if side else None, silent)

@@ -1,6 +1,6 @@
-"""How late this program's loop, or the loop of an emulated board, was because its computer did something else.
+"""Host scheduling delays of this program's loop and of an emulated board's loop.
 
-Only in real time: on virtual time nothing is late. A program that waits for an answer of the hand is not late.
+Delays occur in real time only, never on virtual time. Waiting for a reply of the hand does not count as a delay.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from aero.transport import Transport
 from hil.faults.host import Passing
 
 LEAST_S = 0.005
-"""Delay below this is not noted, s; an idle computer wakes a program within 0.2 ms."""
+"""Threshold of a delay, s; below it the delay is ignored. An idle computer wakes a program within 0.2 ms."""
 LATE = "late"
-"""First word of the line in which the process of an emulated board says how late it was, s."""
+"""First word of the line in which the process of an emulated board reports a delay, s."""
 STORED = 100_000
-"""Last ones that are stored."""
+"""Limit of delays in memory."""
 _SCHEDSTAT = "/proc/thread-self/schedstat"
-"""Of Linux: time on a core, time in which the thread could have run and did not, both ns, and how often it ran."""
+"""Linux scheduler statistics of the thread: run time, wait time (both ns), number of time slices."""
 
 
 class Loop(Enum):
-    """Whose loop was late; the value is its name in a recording."""
+    """Delayed loop; the value is its column in a recording."""
 
     PROGRAM = "program"
     """This program, which drives the hand."""
@@ -37,26 +37,26 @@ class Loop(Enum):
 
 
 class Delay(NamedTuple):
-    """One delay."""
+    """Scheduling delay of a loop, from `t - by_s` to `t`."""
 
     t: float
-    """When the loop resumed, s on the clock of the target, or since the start of the recording."""
+    """Time of resumption, s on the clock of the target, or since the start of the recording."""
     by_s: float
-    """How long it was held up, s; so it began at `t - by_s`."""
+    """Duration, s."""
     loop: Loop
 
 
 class Waits(NamedTuple):
-    """Waiting of this thread since an arbitrary start."""
+    """Waiting time of this thread since an arbitrary start."""
 
     seconds: float
-    """Time in which this thread neither ran nor could have run, s."""
+    """Time asleep, neither running nor runnable, s."""
     disk_reads: int
-    """Reads that waited for a disk."""
+    """Number of reads from a disk."""
 
     @classmethod
     def now(cls) -> Waits | None:
-        """Return the present values; None where the system does not count them (Linux does)."""
+        """Return the present values, or None outside Linux."""
         try:
             queued_s = int(Path(_SCHEDSTAT).read_text(encoding="ascii").split()[1]) / 1e9
         except OSError:
@@ -68,35 +68,35 @@ class Waits(NamedTuple):
 
 
 class DelayLog:
-    """The delays of both loops since a target was opened; each may be added by a thread of its own."""
+    """Delays of both loops since a target was opened; thread-safe for one writer a loop."""
 
     def __init__(self) -> None:
         self._clock = WallClock()
         self._noted: deque[Delay] = deque(maxlen=STORED)
 
     def add(self, by_s: float, loop: Loop) -> None:
-        """Note that a loop has been held up until now, unless that is too short to matter."""
+        """Record a delay of a loop that ends now, if it reaches `LEAST_S`."""
         if by_s >= LEAST_S:
             self._noted.append(Delay(self._clock.now(), by_s, loop))
 
     def since(self, start: float) -> tuple[Delay, ...]:
-        """Return the delays that ended after `start` (s on the clock), in order and with times relative to it."""
+        """Return the delays that ended after `start` (s on the clock), in order, with times relative to `start`."""
         late = sorted((delay for delay in list(self._noted) if delay.t >= start), key=lambda delay: delay.t)
         return tuple(delay._replace(t=delay.t - start) for delay in late)
 
 
 LOOK_BACK_S = 3.0
-"""A hand is asked again and again for at most this long before it is given up, s."""
+"""Window of delays that may explain a missing reply, s: the longest time of retries before a hand is given up."""
 NOTEWORTHY_S = 0.1
-"""Time held up, s, that can make a hand look silent: a reply is waited for as long."""
+"""Threshold of delay within the window, s; above it a hand may look silent. Source: time-out of a reply."""
 
 
 TRIES = 3
-"""How often a hand is asked for its first reading while this computer is held up."""
+"""Attempts at a first reading on a delayed host."""
 
 
 def held_up(log: DelayLog) -> str:
-    """Return, in words to put before what a hand is blamed for, that the computer was busy; empty where it was not."""
+    """Return a sentence on recent host delays, to precede an error about the hand; empty below `NOTEWORTHY_S`."""
     late = log.since(WallClock().now() - LOOK_BACK_S)
     if (total := sum(delay.by_s for delay in late)) < NOTEWORTHY_S:
         return ""
@@ -107,10 +107,10 @@ def held_up(log: DelayLog) -> str:
 
 
 class TimedClock(WallClock):
-    """The wall clock of a program's loop; how much too late a wait ended goes to a log."""
+    """Wall clock of a program's loop that logs the loop's delays."""
 
     def __init__(self, log: DelayLog) -> None:
-        """Time the thread that makes this."""
+        """Start to measure the delays of the calling thread."""
         self.log = log
         self._descriptor: int | None = None
         with suppress(OSError):  # not Linux, or without these statistics
@@ -124,27 +124,27 @@ class TimedClock(WallClock):
         self.note(self.now() - due)
 
     def note(self, overslept_s: float = 0.0) -> None:
-        """Note how long this program could not run since the last call, at least `overslept_s`."""
-        # What the scheduler says counts as well: who waits for bytes does not know when they were there.
+        """Record the delay since the last call: the scheduler's, or `overslept_s` if longer."""
+        # Scheduler statistics, because the arrival time of awaited bytes is unknown, so an oversleep cannot be timed.
         queued = self._read_queued()
         held_up, self._queued_s = queued - self._queued_s, queued
         self.log.add(max(held_up, overslept_s), Loop.PROGRAM)
 
     def close(self) -> None:
-        """Let go of the system's statistics."""
+        """Close the scheduler statistics."""
         if self._descriptor is not None:
             os.close(self._descriptor)
             self._descriptor = None
 
     def _read_queued(self) -> float:
-        """Return for how long the thread has waited for a core since it started, s; zero where that is not known."""
+        """Return the thread's total wait for a core, s; zero if unknown."""
         if self._descriptor is None:
             return 0.0
         return int(os.pread(self._descriptor, 64, 0).split()[1]) / 1e9
 
 
 class TimedTransport(Passing):
-    """A transport whose calls a clock times."""
+    """Transport that records delays at every call."""
 
     def __init__(self, behind: Transport, clock: TimedClock) -> None:
         super().__init__(behind)
@@ -156,8 +156,8 @@ class TimedTransport(Passing):
         self._timed.note()
 
     def read(self, size: int, timeout: float) -> bytes:
-        """Read as the transport behind does."""
+        """Read from the wrapped transport."""
         data = super().read(size, timeout)
-        if timeout > 0.0:  # one that does not wait leaves it to the next call
+        if timeout > 0.0:  # a read without waiting leaves the accounting to the next call
             self._timed.note()
         return data

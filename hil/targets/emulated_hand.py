@@ -1,4 +1,4 @@
-"""An emulated hand put together: a unit's mechanics behind the electronics of one firmware, and its link to a host."""
+"""Construction of an emulated hand: mechanics of a unit, electronics with one firmware, and the link to a host."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from model.units import Unit
 from model.units.conditions import Conditions
 
 Rewire = Callable[[Plant], Plant]
-"""Puts something between the servos' shafts and the mechanics, as a builder who mixes up two cables does."""
+"""Wraps the mechanics in a plant between servo shafts and mechanics, for example with two cables exchanged."""
 
 
 def build_emulated(
@@ -35,13 +35,13 @@ def build_emulated(
     rewire: Rewire | None = None,
     schedule: Schedule | None = None,
 ) -> tuple[FaultyHand, Workbench]:
-    """Return the electronics of an emulated hand, and the bench that it lies on, with its mechanics.
+    """Return the electronics of an emulated hand, and its workbench, which also has the mechanics.
 
-    `start` and `nvs` are `EmulatedHand`'s; `rewire` puts something between the two; the faults of `schedule`, none when
-    None, are injected at their channels and times. A cube of `spec` makes the mechanics a `CubePlant`.
+    `start`, `nvs` and `rewire` are those of `build_faulty`; `schedule` lists the faults to be injected (None: none).
+    With a cube in `spec`, the mechanics are a `CubePlant`.
 
     Raises:
-        ValueError: a fault that this hand cannot have.
+        ValueError: a fault cannot be injected into this hand.
         FirmwareProgramError: the program does not run, or does not home.
     """
     cube, side = spec.cube, spec.side
@@ -60,16 +60,16 @@ def build_emulated(
 
 
 def host_link(workbench: Workbench) -> Transport:
-    """Return the driver's end of the link to a hand in this process, with the faults of that end."""
+    """Return the driver's end of the link to a hand in this process, with its host faults."""
     hand = workbench.hand
     return ProgramEnd(InProcessLink(hand), hand.clock, workbench.assembly)
 
 
 class LateHost(Passing):
-    """A program that comes to write later than it meant to, each time."""
+    """Transport that delays every write, as a slow program does."""
 
     def __init__(self, behind: Transport, clock: Clock, late_s: float, random: Random) -> None:
-        """Be late by half of `late_s` to all of it (s)."""
+        """Delay each write by a random 50 to 100 % of `late_s`, s."""
         super().__init__(behind)
         self._clock, self._late_s, self._random = clock, late_s, random
 
@@ -80,9 +80,9 @@ class LateHost(Passing):
 
 
 def found_as(conditions: Conditions, link: Transport, clock: Clock, *, settable: bool, seed: int) -> Transport:
-    """Return the link as a program under conditions has it; limits of an earlier program are on the board then.
+    """Wrap the link with the host jitter of `conditions`, and write the servo limits of an earlier program.
 
-    Nothing moves the hand. `settable` says whether the firmware takes limits, `seed` draws the host's lateness.
+    The hand does not move. `settable` is True if the firmware accepts limits; `seed` is that of the jitter.
     """
     earlier = AeroHand(link, clock)
     for channel in Channel if settable else ():

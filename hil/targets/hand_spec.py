@@ -1,4 +1,4 @@
-"""Which hand, where and how: one object, whether options, `hands.toml`, pytest or Python say it."""
+"""Specification of a hand to open, shared by the command line, `hands.toml`, pytest and Python."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ PHYSICAL = "physical"
 """Unit name of a physical hand."""
 
 HOMINGS = 2
-"""Homings before a validation. From its resting pose a thumb finds another zero than from the pose that homing leaves:
+"""Homings before a validation. A thumb's zero differs between homing from rest and from the pose after a homing:
 of 20 healthy emulated hands 5 failed after one homing, 1 after two, none after three."""
 
 
 def hand_words(
     side: str, target: str, firmware: str, *, unit: str, seed: int, hand_id: str = "", wrong: str = ""
 ) -> str:
-    """Return which hand it is, in the words of every page, table and header."""
+    """Return the description of a hand that every page, table and header shows."""
     individual = f" {hand_id}" if hand_id else ""
     which = "" if unit == PHYSICAL else f", unit {unit}, seed {seed}"
     return f"{side} hand{individual} on {target}, firmware {firmware}{which}{f', with {wrong}' if wrong else ''}"
@@ -35,42 +35,42 @@ def hand_words(
 
 @dataclass(frozen=True)
 class HandSpec:
-    """A hand that can be opened by `hil.open_target`.
+    """Specification of a hand for `hil.open_target`.
 
     Raises:
         ValueError: an unknown firmware or side; a firmware program or faults for a physical hand; faults that cannot be
-            combined; a cube or conditions for another hand than an `emulated` one.
+            combined; a cube or conditions for a target other than `emulated`.
     """
 
     target: str = "emulated"
     """`emulated` (this process, virtual time), `pty` (own process, real time), or the path or URL of a port."""
     firmware: str = DEFAULT_FIRMWARE
-    """Version that is emulated, or that the physical hand runs; no board can report its own."""
+    """Firmware version, emulated or declared for a physical hand, whose board cannot report it."""
     side: Side = "right"
     unit: str = "reference"
-    """Shipped name, `plausible:SEED` or `.toml` path of an emulated hand; a physical hand has none."""
+    """Unit of an emulated hand: shipped name, `plausible:SEED` or `.toml` path; unused for a physical hand."""
     seed: int = 0
-    """Of an emulated hand's noise, and of the chances of its faults."""
+    """Seed of an emulated hand's noise and random faults."""
     guarded: bool | None = None
-    """Whether the hand is guarded; a physical one is unless this is False."""
+    """True for a guarded hand; None guards physical hands only."""
     thresholds: Thresholds | None = None
-    """When a guarded hand is stopped, also of `hands.toml`; the defaults when None."""
+    """Thresholds of the guard; None takes the defaults."""
     hand_id: str = ""
-    """Name of the individual hand, for its recordings; the serial number of its USB port when empty."""
+    """Name of the individual hand in recordings; if empty, the serial number of its USB port."""
     firmware_program: Path | None = None
-    """What `aero-hil firmware build` made, on the board of an emulated hand; `firmware` says what it was made from."""
+    """Program from `aero-hil firmware build` for an emulated board, built from version `firmware`."""
     homed: bool = False
-    """Whether an emulated hand homes when it is opened, `HOMINGS` times; else its zeros are ideal."""
+    """True to home an emulated hand `HOMINGS` times at opening; otherwise its zeros are ideal."""
     faults: tuple[Injection, ...] = ()
-    """What is wrong with an emulated hand, see `hil.faults`."""
+    """Faults of an emulated hand, see `hil.faults`."""
     cube: Cube | None = None
-    """Lies ready beside an `emulated` hand, whose ground truth is then a `model.cube_plant.CubePlant`."""
+    """Cube of an `emulated` hand, whose ground truth is then a `model.cube_plant.CubePlant`."""
     conditions: Conditions | None = None
-    """How an `emulated` hand is found, none of which is a fault; as its unit says when None."""
+    """Initial conditions of an `emulated` hand (pose, temperature, host jitter); None takes the unit's."""
     twin: str | None = None
-    """Unit of this physical hand, of `hands.toml`."""
+    """Unit that models this physical hand, from `hands.toml`."""
     baseline: Path | None = None
-    """Folder of its earlier figures, of `hands.toml`."""
+    """Folder with earlier results of this hand, from `hands.toml`."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "faults", tuple(self.faults))
@@ -89,7 +89,7 @@ class HandSpec:
             raise ValueError(f"a cube and conditions are of a hand in this process, `emulated`, not of {self.target}")
 
     def _check_faults(self) -> None:
-        # Whoever has faults has loaded what they act on; help has not.
+        # Imported here, because help texts need no faults and should load fast.
         from hil.faults.host import refuse_at_a_port  # noqa: PLC0415
         from hil.faults.schedule import Schedule  # noqa: PLC0415
 
@@ -104,34 +104,34 @@ class HandSpec:
 
     @classmethod
     def named(cls, target: str = "emulated", *, hand: Side | None = None, **fields: Any) -> Self:
-        """Return the hand of a target or of a name in `hands.toml`, see `hil.targets.hands_file`.
+        """Return the specification for a target or for a name in `hands.toml`, see `hil.targets.hands_file`.
 
         Args:
             target: `emulated`, `pty`, the path or pyserial URL of a port, or a name.
-            hand: side; that of `hands.toml` when None, else right.
-            fields: the other fields; None for what `hands.toml` says, else the default.
+            hand: side; None takes that of `hands.toml`, by default right.
+            fields: other fields; None takes the value of `hands.toml`, by default the field's.
 
         Raises:
-            ValueError: an unknown name, a mistake in `hands.toml`, or what `HandSpec` refuses.
+            ValueError: an unknown name, an error in `hands.toml`, or fields that `HandSpec` refuses.
         """
         said = {"side": hand, **fields}
         return cls(**(fields_of(target) | {name: value for name, value in said.items() if value is not None}))
 
     @property
     def in_software(self) -> bool:
-        """Whether it is an emulated hand."""
+        """True for an emulated hand."""
         return self.target in IN_SOFTWARE
 
     @property
     def guard(self) -> Thresholds | None:
-        """When its guard stops it; None for an unguarded hand."""
+        """Guard thresholds, or None if the hand is unguarded."""
         from aero.safety import Thresholds  # noqa: PLC0415 - help is quick
 
         guarded = not self.in_software if self.guarded is None else self.guarded
         return (self.thresholds or Thresholds()) if guarded else None
 
     def describe(self) -> str:
-        """Return which hand it is, for people."""
+        """Return a description of the hand for display."""
         unit = self.unit if self.in_software else PHYSICAL
         wrong = ", ".join(map(str, self.faults))
         return hand_words(
@@ -139,7 +139,7 @@ class HandSpec:
         )
 
     def argv(self) -> list[str]:
-        """Return the options that give `aero-hil emulate` this hand; `hil.cli.options` reads them back."""
+        """Return the options of `aero-hil emulate` for this hand; `hil.cli.options` parses them."""
         words = ["--firmware", self.firmware, "--hand", self.side, "--unit", self.unit, "--seed", str(self.seed)]
         if self.firmware_program is not None:
             words += ["--firmware-program", str(self.firmware_program)]

@@ -1,6 +1,6 @@
-"""`hands.toml`: names for the hands of a workplace, so that `--hil bench-left` stands for port, firmware and the rest.
+"""`hands.toml`: names for hands, so that `--hil bench-left` selects port, firmware, side and thresholds.
 
-The file lies in the working folder or in the user's configuration folder. Nothing in it is run.
+The file is in the working folder or in the user's configuration folder, and contains data only, no code.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ IN_SOFTWARE = ("emulated", "pty")
 """Targets that are emulated hands."""
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 PORT = re.compile(r"[/\\]|://|^COM\d+$", re.IGNORECASE)
-"""Found in the path or URL of a port, and in no name."""
+"""Pattern that distinguishes the path or URL of a port from a name."""
 ALLOWED: Mapping[str, Sequence[str]] = {
     "port": (), "firmware": tuple(FIRMWARE), "side": ("right", "left"), "twin": (), "baseline": (), "thresholds": (),
 }  # fmt: skip
-"""Keys of a hand, and the values that each may have; any text where none are listed, but for the table `thresholds`."""
+"""Keys of a hand, to their valid values; empty for any text (for `thresholds`, a table)."""
 
 
 Fields = dict[str, Any]
-"""Fields of `hil.targets.hand_spec.HandSpec`, those that are known."""
+"""Values of some fields of `hil.targets.hand_spec.HandSpec`, by name."""
 
 
 def fields_of(target: str) -> Fields:
-    """Return what `target` stands for: a name of the first file that has it, or a port or an emulated hand as it is.
+    """Return the fields for a name (first file that has it wins), a port or an emulated hand.
 
     Raises:
-        ValueError: a file has a mistake, or there is no such name and no such port.
+        ValueError: an error in a file, or neither a known name nor an existing port.
     """
     if target in IN_SOFTWARE or PORT.search(target):
         return {"target": target}
@@ -61,14 +61,14 @@ def fields_of(target: str) -> Fields:
 
 
 def files() -> tuple[Path, ...]:
-    """Return the files that there are, the one of the working folder first."""
+    """Return the existing files, the one of the working folder first."""
     folder = user_folder()
     places = (Path(FILE), *(() if folder is None else (folder / FILE,)))
     return tuple(path for path in places if path.is_file())
 
 
 def user_folder() -> Path | None:
-    """Return the folder of this user's configuration, which need not exist; None for a user without a home."""
+    """Return the user's configuration folder, existing or not; None for a user without a home folder."""
     if sys.platform == "win32":
         base = os.environ.get("APPDATA", "")
     else:
@@ -80,10 +80,10 @@ def user_folder() -> Path | None:
 
 
 def read_hands(path: Path) -> dict[str, Fields]:
-    """Return the hands of a file by name; its relative paths are relative to its folder.
+    """Return the hands of a file by name; paths in the file are relative to its folder.
 
     Raises:
-        ValueError: it cannot be read, is no TOML, or has a key or a value that is not allowed.
+        ValueError: the file cannot be read, is not TOML, or has an invalid key or value.
     """
     try:
         tables = read_toml(path)
@@ -147,10 +147,10 @@ def _may_name(name: str) -> bool:
 
 
 def refuse_taken(name: str, path: Path = Path(FILE)) -> None:
-    """See that a hand can be added to a file under this name.
+    """Check that a hand can be added to a file under this name.
 
     Raises:
-        ValueError: the name is none, or the file has it, or has a mistake.
+        ValueError: the name is invalid or already in the file, or the file has an error.
     """
     if not _may_name(name):
         raise ValueError(f"{name!r} cannot name a hand; use letters, digits, - and _, such as bench-left")
@@ -159,12 +159,12 @@ def refuse_taken(name: str, path: Path = Path(FILE)) -> None:
 
 
 def add_hand(name: str, port: str, versions: Sequence[str], path: Path = Path(FILE)) -> None:
-    """Append a hand to a file, which is otherwise left as it is.
+    """Append a hand to a file; the existing content stays.
 
-    A single firmware version that it behaves like is written, several stand in a comment.
+    One matching firmware version is written as the value, several as a comment.
 
     Raises:
-        ValueError: as `refuse_taken`.
+        ValueError: as for `refuse_taken`.
         OSError: the file cannot be written.
     """
     refuse_taken(name, path)

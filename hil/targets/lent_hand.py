@@ -1,4 +1,4 @@
-"""A hand that tests get one after another: what fixtures and tests do to it ends with them."""
+"""Hand shared by the tests of a session: acts of fixtures and tests are undone at their end."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from hil.targets.hands_file import IN_SOFTWARE
 from hil.targets.target import GroundTruth, Target
 
 REST_WAIT_S = 0.2
-"""Time between two readings of a hand that comes to rest, s."""
+"""Time between two readings of a settling hand, s."""
 REST_TRIES, HANDOVER_TRIES = 15, 75
-"""Readings of a hand that opens, and of one after a test: a board may home after what that test did to it."""
+"""Readings of a hand that opens, and of a hand after a test, whose board may still home."""
 REST_RAD_S = 0.2
-"""Shaft speed below which a hand is at rest."""
+"""Threshold of shaft speed, rad/s; below it on all channels the hand is at rest."""
 SLEPT_S = 0.05
 """Threshold of waiting in real time, s; above it a test on virtual time shows nothing of its hand."""
 NOT_EMULATED = "its faults are for an emulated hand; run with --hil=emulated, or see `aero-hil proxy`"
 
 
 def chosen(option: Any, faults: Sequence[str] = ()) -> HandSpec:
-    """Return the hand that the options of pytest choose, with these faults.
+    """Return the hand specified by the options of pytest, with these faults.
 
     Raises:
-        ValueError: there is none such.
+        ValueError: invalid options or faults.
     """
     return HandSpec.named(
         option.aero_hil,
@@ -38,19 +38,19 @@ def chosen(option: Any, faults: Sequence[str] = ()) -> HandSpec:
         unit=option.aero_hil_unit,
         seed=option.aero_hil_seed,
         faults=tuple(map(parse_fault, faults)),
-        # As an owner's hand has been; one with faults might not come through it.
+        # Homed like an owner's hand; not with faults, because homing may fail on a faulty hand.
         homed=not faults and not option.aero_hil_still,
     )
 
 
 def left_out(marks: Collection[str], option: Any, target: Target | None, failed: str) -> str:
-    """Return why a test is skipped and which option runs it; empty where it is not.
+    """Return the reason to skip a test and the option that runs it; empty for a test to be run.
 
     Args:
-        marks: of the test.
-        option: those of pytest.
-        target: hand of the session; None where it is not opened.
-        failed: name of the presence test that failed.
+        marks: marks of the test.
+        option: options of pytest.
+        target: hand of the session; None before its opening.
+        failed: name of the failed presence test; empty if none failed.
     """
     real_time = target is None or target.real_time
     truth = target is None or target.find(GroundTruth) is not None
@@ -75,28 +75,28 @@ class SharedHand:
 
     target: Target
     kept: tuple[str, ...] = ()
-    """Acts of fixtures that are still set up."""
+    """Acts of active fixtures."""
     used: bool = False
 
     def present(self) -> tuple[str, ...]:
-        """Return the acts that are not undone."""
+        """Return the acts that describe the hand's present state."""
         return self.target.get(HandBench).state().acts
 
     def add(self, acts: Sequence[str]) -> None:
-        """Keep what a fixture did."""
+        """Store the acts of a fixture."""
         self.kept += tuple(acts)
 
     def end(self, acts: Sequence[str]) -> None:
-        """Undo what a fixture did that ends."""
+        """Undo the acts of an ending fixture."""
         self.kept = tuple(one for one in self.kept if one not in acts)
         self.target.get(HandBench).restore([one for one in self.present() if one not in acts])
 
     def end_test(self) -> None:
-        """Undo what a test did."""
+        """Undo the acts of a test; keep those of active fixtures."""
         self.target.get(HandBench).restore(self.kept)
 
     def left_behind(self) -> tuple[str, ...]:
-        """Return what an earlier test left, after waiting until the hand is at rest."""
+        """Wait until the hand is at rest, and return the acts that an earlier test did not undo."""
         if self.used:
             at_rest(self.target, HANDOVER_TRIES)
         self.used = True
@@ -105,20 +105,20 @@ class SharedHand:
 
 @dataclass(frozen=True)
 class LentHand:
-    """A hand as one test got it."""
+    """State of a hand at the start of one test."""
 
     target: Target
     faults: tuple[str, ...]
-    """Texts of the faults that it was opened with for this test."""
+    """Texts of the faults that the hand was opened with for this test."""
     acts: int
-    """Number of acts that had been done to it."""
+    """Number of previous acts on the hand."""
     waits: Waits | None
     now_s: float
-    """Its clock, s."""
+    """Time on the hand's clock, s."""
 
     @classmethod
     def of(cls, target: Target, faults: tuple[str, ...] = ()) -> LentHand:
-        """Note the state of a hand."""
+        """Return the present state of a hand."""
         return cls(target, faults, len(target.get(HandBench).state().done), Waits.now(), target.clock.now())
 
     def from_now(self) -> LentHand:
@@ -126,7 +126,7 @@ class LentHand:
         return replace(self, waits=Waits.now(), now_s=self.target.clock.now())
 
     def slept_s(self) -> float:
-        """Return for how long the test waited while the hand's time stood, s; 0 where that is not known."""
+        """Return the real time, s, that the test slept on virtual time; 0 if unknown or below `SLEPT_S`."""
         waits = Waits.now()
         if self.target.real_time or waits is None or self.waits is None or waits.disk_reads > self.waits.disk_reads:
             return 0.0
@@ -134,15 +134,15 @@ class LentHand:
         return slept_s if slept_s > max(SLEPT_S, self.target.clock.now() - self.now_s) else 0.0
 
     def done(self) -> list[tuple[str, str]]:
-        """Return the property of a JUnit report about acts of the test and its fixtures; none where there were none."""
+        """Return the JUnit property with the acts of the test and its fixtures; empty without acts."""
         done = self.target.get(HandBench).state().done[self.acts :]
         return [("hil_acts", "; ".join(f"{t:.2f} s: {text}" for t, text in done))] if done else []
 
 
 def at_rest(target: Target, tries: int = REST_TRIES) -> bool:
-    """Return whether a hand comes to rest; a board that starts or homes does not answer, which is waited for."""
+    """Return True once a hand is at rest, or False after `tries` polls; a restarting or homing board does not reply."""
     for _ in range(tries):
-        target.clock.sleep_until(target.clock.now() + REST_WAIT_S)  # first, for a motion begins late
+        target.clock.sleep_until(target.clock.now() + REST_WAIT_S)  # first, because a motion starts with a delay
         try:
             if all(abs(target.hand.read_speeds()) < REST_RAD_S):
                 return True
@@ -152,12 +152,12 @@ def at_rest(target: Target, tries: int = REST_TRIES) -> bool:
 
 
 def refusing_acts(target: Target, refuse: Callable[[str], str]) -> Target:
-    """Return a target without an emulated hand, of which each act is refused in the caller's way."""
+    """Return the target of a physical hand with a bench that passes each act to `refuse`."""
     return replace(target, capabilities=(*target.capabilities, HandBench(refuse, BenchState)))
 
 
 def properties(target: Target, commit: str) -> list[tuple[str, Any]]:
-    """Return the properties of a JUnit report about a hand, and the commit of aero-hil."""
+    """Return the JUnit properties that describe a hand and the commit of aero-hil."""
     known = {
         "target": target.name,
         "hand": target.side,

@@ -1,4 +1,4 @@
-"""Opening a target: an emulated hand in this process, one on a pseudo-terminal, or a physical one on a port."""
+"""Opening of a target: an emulated hand in this process or on a pseudo-terminal, or a physical hand on a port."""
 
 from __future__ import annotations
 
@@ -34,20 +34,20 @@ from model.units.plausible import unit_named
 
 
 def open_target(target: HandSpec | str = "emulated", **fields: Any) -> AbstractContextManager[Target]:
-    """Open a hand; use it in a `with` statement.
+    """Return a context manager that opens a hand.
 
-    A guarded hand starts gently, is watched while it moves, and is opened and left weak when the statement ends, with
-    or without an error; see `aero.safety.GuardedHand`.
+    A guarded hand starts gently and is monitored in motion. At the end of the context, even after an error, it is
+    opened with reduced torque; see `aero.safety.GuardedHand`.
 
     Args:
-        target: the hand; or, in short, its target or its name in `hands.toml`.
-        fields: with a target or a name, what `HandSpec.named` takes; with a hand, fields to replace.
+        target: specification of the hand, or its target or name in `hands.toml`.
+        fields: with a target or a name, the arguments of `HandSpec.named`; with a specification, fields to replace.
 
     Raises:
-        ValueError: what `HandSpec.named` refuses; an unknown unit; a fault that this hand cannot have.
-        FaultNeverFiredError: one of the faults had no effect, on leaving the context without another error.
-        FirmwareProgramError: the firmware program does not run, on entering the context.
-        NoHandError: nothing answers at the port, on entering the context.
+        ValueError: fields that `HandSpec.named` refuses; an unknown unit; a fault that cannot be injected.
+        FaultNeverFiredError: a fault had no effect; raised at the end of a context without another error.
+        FirmwareProgramError: the firmware program does not run; raised at the start of the context.
+        NoHandError: no reply at the port; raised at the start of the context.
     """
     spec = HandSpec.named(target, **fields) if isinstance(target, str) else replace(target, **fields)
     unit = unit_named(spec.unit)
@@ -59,23 +59,23 @@ def open_target(target: HandSpec | str = "emulated", **fields: Any) -> AbstractC
 
 @dataclass(frozen=True)
 class Opening:
-    """A hand that is being opened."""
+    """Parameters of the opening of a hand."""
 
     spec: HandSpec
     unit: Unit
-    """Of an emulated hand, changed for its conditions."""
+    """Unit of an emulated hand, adapted to its initial conditions."""
     schedule: Schedule = field(default_factory=Schedule)
-    """Its faults as they happen."""
+    """Faults of the hand, with their firing state."""
     delays: DelayLog = field(default_factory=DelayLog)
-    """Filled in real time alone."""
+    """Scheduling delays, recorded in real time only."""
 
     @property
     def map(self) -> ActuationMap:
-        """Actuation map of its firmware and side."""
+        """Actuation map of the hand's firmware and side."""
         return ActuationMap.for_firmware(self.spec.firmware, hand=self.spec.side)
 
     def granted(self, hand: Hand, clock: Clock, wire: WireLog, **more: Any) -> Target:
-        """Return the target, with `more` in place of what was asked."""
+        """Return the open target; `more` overrides its fields."""
         spec = self.spec
         watched = hand.clock if isinstance(hand, GuardedHand) else clock
         asked = {"unit": self.unit.name, "hand_id": spec.hand_id} | more
@@ -95,7 +95,7 @@ def _emulated(opening: Opening) -> Iterator[Target]:
 
 @contextmanager
 def in_process(opening: Opening, workbench: Workbench, link: Transport) -> Iterator[Target]:
-    """Make a target of an emulated hand in this process and the link to it."""
+    """Yield the target of an emulated hand in this process, reached by `link`."""
     spec, electronics = opening.spec, workbench.hand
     clock = electronics.clock
     settable = firmware_of(spec.firmware).settings is not None
@@ -130,7 +130,7 @@ def _physical(opening: Opening) -> Iterator[Target]:
 
 
 def serial_number(port: str) -> str:
-    """Return the serial number that a USB port says about itself, empty for a port that has none."""
+    """Return the serial number of a USB port; empty if it has none."""
     device = os.path.realpath(port)
     return next((found.serial_number or "" for found in comports() if found.device == device), "")
 
@@ -155,17 +155,17 @@ def _serial(opening: Opening, port: str) -> Iterator[tuple[Hand, Clock, WireLog]
         try:
             yield hand, clock, wire
         except (AeroError, SafetyStopError) as error:
-            # What could be this computer is said first.
+            # A host delay may be the cause, so name it before the error.
             if busy := held_up(opening.delays):
                 error.args = (f"{busy}{error}", *error.args[1:])
             raise
 
 
 def first_reading(hand: Hand, delays: DelayLog, port: str) -> None:
-    """Read a hand that has just been opened, again where this computer was too busy to hear it.
+    """Check that a newly opened hand answers; retry after a scheduling delay of this host.
 
     Raises:
-        NoHandError: it does not answer.
+        NoHandError: the hand does not answer.
     """
     for tries_left in reversed(range(TRIES)):
         try:
@@ -179,7 +179,7 @@ def first_reading(hand: Hand, delays: DelayLog, port: str) -> None:
 
 
 def _drive(transport: Transport, clock: Clock, opening: Opening, standby: Standby | None = None) -> Hand:
-    """Return a driver on an open transport, guarded when there are thresholds."""
+    """Return a driver on an open transport, guarded if the specification has thresholds."""
     thresholds = opening.spec.guard
     if thresholds is None:
         return AeroHand(transport, clock)
@@ -195,7 +195,7 @@ def guard(
     *,
     standby: Standby | None = None,
 ) -> GuardedHand:
-    """Return a guarded driver on an open transport, made for one firmware."""
+    """Return a guarded driver on an open transport, for one firmware."""
     return GuardedHand(
         transport,
         clock,
@@ -208,7 +208,7 @@ def guard(
 
 @contextmanager
 def _standby_process(port: str, thresholds: Thresholds | None, firmware: str) -> Iterator[Standby | None]:
-    """Prepare for this program being terminated or killed; yields what a guarded hand needs for it."""
+    """Handle termination signals, and yield the standby that opens a guarded hand after a kill (None if unguarded)."""
     if thresholds is None:
         yield None
         return

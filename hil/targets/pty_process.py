@@ -18,19 +18,19 @@ from hil.targets.hand_spec import HandSpec
 
 _LOG = logging.getLogger(__name__)
 START_S = 120.0
-"""Time the child has to start, s; it loads a physics engine and perhaps homes, which takes 1 s on an idle machine."""
+"""Time-out of the child's start, s; loading the physics engine and homing take 1 s on an idle machine."""
 STOP_S = 10.0
-"""Time the child has to leave after SIGTERM, s."""
+"""Time-out of the child's exit after SIGTERM, s."""
 NEVER_FIRED = "never-fired"
-"""First word of the line in which the child names a fault that had no effect."""
+"""First word of the child's line about a fault without effect."""
 ACTED = "acted"
-"""First word of the line in which the child answers an act: JSON of the bench's state and of what was refused."""
+"""First word of the child's answer to an act; JSON of the bench state and the refusal follows."""
 ANSWER_S = 10.0
-"""Time the child has to do an act, s."""
+"""Time-out of an act, s."""
 
 
 class _Heard:
-    """What the child says besides `ready`."""
+    """Parser of the child's output lines other than `ready`."""
 
     def __init__(self, delays: DelayLog) -> None:
         self.unfired: list[str] = []
@@ -38,7 +38,7 @@ class _Heard:
         self._delays = delays
 
     def take(self, line: str) -> None:
-        """Take one line."""
+        """Parse one line."""
         word, _, rest = line.partition(" ")
         if word == LATE:
             self._delays.add(float(rest), Loop.BOARD)
@@ -49,7 +49,7 @@ class _Heard:
 
 
 class _ServedBench:
-    """The child's bench: acts go to its standard input, and each is answered by one line."""
+    """Bench of the child: sends each act to its standard input and receives one line in answer."""
 
     def __init__(self, child: ChildProcess, heard: _Heard, spec: HandSpec) -> None:
         self._child, self._heard = child, heard
@@ -60,11 +60,11 @@ class _ServedBench:
         return self._state
 
     def act(self, words: str) -> str:
-        """Do an act.
+        """Perform an act and return a sentence about it.
 
         Raises:
-            ValueError: it cannot be done.
-            ChildError: the child has ended, or does not answer.
+            ValueError: the hand refuses the act.
+            ChildError: the child has exited, or does not answer.
         """
         try:
             self._child.send(f"{' '.join(words.split())}\n")
@@ -80,11 +80,11 @@ class _ServedBench:
 
 @contextmanager
 def serve_in_process(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[str]:
-    """Start an emulated hand on a pseudo-terminal and yield the path a client may open; its delays go to `delays`.
+    """Start an emulated hand on a pseudo-terminal and yield its path; `delays` receives the board's delays.
 
     Raises:
-        FaultNeverFiredError: a fault had no effect until it was stopped.
-        ChildError: it did not start, or did not stop cleanly; the message carries what it printed.
+        FaultNeverFiredError: a fault had no effect before the child was stopped.
+        ChildError: the child did not start, or did not stop cleanly; the message contains its error output.
     """
     with serve_with_bench(spec, delays) as (path, _):
         yield path
@@ -92,7 +92,7 @@ def serve_in_process(spec: HandSpec, delays: DelayLog | None = None) -> Iterator
 
 @contextmanager
 def serve_with_bench(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[tuple[str, HandBench]]:
-    """Do as `serve_in_process` does, and yield the bench of the hand beside its path."""
+    """Start an emulated hand as `serve_in_process` does, and yield path and bench of the hand."""
     command = [sys.executable, "-P", "-m", "hil.cli", "emulate", *spec.argv(), "--parent", str(os.getpid())]
     heard = _Heard(delays or DelayLog())
     child = ChildProcess(command, "`aero-hil emulate`", on_line=heard.take)
@@ -103,7 +103,7 @@ def serve_with_bench(spec: HandSpec, delays: DelayLog | None = None) -> Iterator
     except BaseException:
         try:
             child.end(STOP_S)
-        except ChildError as error:  # what came first is what went wrong
+        except ChildError as error:  # the earlier exception is the cause
             _LOG.warning("%s", error)
         raise
     status = child.end(STOP_S)

@@ -1,4 +1,4 @@
-"""An emulated hand in this process that stays while programs come and go, as a hand on a port does."""
+"""Emulated hand in this process that outlives the programs at its port, as a physical hand does."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from model.units.plausible import unit_named
 
 
 class StandingHand:
-    """An emulated hand on virtual time, with its workbench; each `open` is another program at its port."""
+    """Emulated hand on virtual time, with its workbench; each `open` stands for a new program at its port."""
 
     def __init__(self, spec: HandSpec) -> None:
         """Build the hand with its faults.
 
         Raises:
-            ValueError: an unknown unit, or a fault that this hand cannot have.
+            ValueError: an unknown unit, or a fault that cannot be injected into this hand.
         """
         self.spec, unit, schedule = spec, unit_named(spec.unit), Schedule(spec.faults, spec.seed)
         self.hand, self.workbench = build_emulated(unit, spec, schedule=schedule)
@@ -30,15 +30,15 @@ class StandingHand:
 
     @property
     def clock(self) -> Clock:
-        """The hand's time."""
+        """Clock of the hand."""
         return self.hand.clock
 
     @contextmanager
     def open(self) -> Iterator[Target]:
-        """Open the hand; it homes the first time, where it is one that has been homed.
+        """Open the hand; the first call homes it if `spec.homed`.
 
         Raises:
-            NoHandError: it does not answer.
+            NoHandError: the hand does not answer.
         """
         opening = self._opening
         self._opening = replace(opening, spec=replace(opening.spec, homed=False))
@@ -47,5 +47,5 @@ class StandingHand:
             yield target
 
     def close(self) -> None:
-        """End the hand."""
+        """Stop the emulation."""
         self.hand.close()

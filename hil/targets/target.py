@@ -1,7 +1,7 @@
-"""A target: one hand, real or emulated, as a test or an experiment sees it.
+"""Target of a test or an experiment: one hand, physical or emulated, behind one interface.
 
-An experiment sees a `Target` and never asks which kind it is. What only some targets have is a capability, a class that
-`Target.get` is asked for.
+An experiment never depends on the kind of target. Features of some targets only are capabilities, which `Target.get`
+returns by class.
 """
 
 from __future__ import annotations
@@ -33,106 +33,106 @@ Capability = TypeVar("Capability")
 
 
 class NoHandError(Exception):
-    """No hand answers at the target; the message names it and says what to try."""
+    """No hand answers at the target; the message names the target and a remedy."""
 
     exit_code = Exit.NO_HAND
 
 
 class MissingCapabilityError(Exception):
-    """The target cannot do what was asked for; the message says which could."""
+    """The target lacks a capability; the message names a target that has it."""
 
     exit_code = Exit.USAGE
 
 
 @dataclass(frozen=True)
 class GroundTruth:
-    """Capability of an emulated hand in this process: what it really does, whatever it reports."""
+    """Capability of an emulated hand in this process: its true state, independent of its readings."""
 
     plant: BuiltHandPlant
-    """The mechanics: joint angles, cable tensions, slack."""
+    """Mechanics: joint angles, cable tensions, slack."""
     electronics: EmulatedHand
-    """Board, bus and servos."""
+    """Electronics: board, bus and servos."""
 
 
 @dataclass(frozen=True)
 class Onlooker:
-    """Capability: somebody who looks at the hand and answers questions, for what no encoder can see."""
+    """Capability of visual inspection: a person who answers questions about the hand."""
 
     answer: Callable[[Choice[str]], str]
-    """Returns the answer; raises `KeyboardInterrupt` when nobody answers any more."""
+    """Returns the answer; raises `KeyboardInterrupt` if the dialogue has ended."""
 
 
 class LookEndedError(KeyboardInterrupt):
-    """The person ended the visual inspection; the hand was opened."""
+    """The person ended the visual inspection after the hand was opened."""
 
 
 @dataclass(frozen=True, repr=False)
 class Target:
-    """One hand, ready to be commanded, and everything an experiment may know about it."""
+    """Open hand, ready for commands, with its description and logs."""
 
     name: str
-    """What `--hil` was."""
+    """Value of `--hil`."""
     hand: Hand
     clock: Clock
     map: ActuationMap
     firmware: str
     side: Side
     unit: str
-    """Unit file of an emulated hand, `physical` for one on a port."""
+    """Unit file of an emulated hand, `physical` for a hand on a port."""
     seed: int
     hand_id: str
-    """Name or serial number of the individual hand, empty when it is not known."""
+    """Name or serial number of the individual hand; empty if unknown."""
     wire: WireLog
-    """Everything that crossed the link since it was opened."""
+    """Log of the bytes since the target was opened."""
     delays: DelayLog
-    """How late this program and an emulated board were since then; on virtual time nothing is late."""
+    """Scheduling delays of this program and an emulated board since the opening; empty on virtual time."""
     capabilities: tuple[object, ...] = ()
-    """What `get` finds."""
+    """Objects that `get` finds by class."""
     serial_number: str = ""
-    """Of the USB port that the hand is on; empty where it has none."""
+    """Serial number of the hand's USB port; empty if unknown."""
     faults: tuple[Injection, ...] = ()
-    """What was made wrong with an emulated hand."""
+    """Faults that an emulated hand was opened with."""
 
     def __repr__(self) -> str:
-        """Return one line, for a failing test shows it."""
+        """Return one line, because pytest prints it for a failed test."""
         return f"<Target: {self.describe()}>"
 
     @property
     def real_time(self) -> bool:
-        """Whether a second of hand time costs a second."""
+        """True if hand time is real time."""
         return isinstance(self.clock.bare if isinstance(self.clock, WatchedClock) else self.clock, WallClock)
 
     @property
     def guard(self) -> GuardedHand | None:
-        """The hand, when it is guarded."""
+        """Guarded hand, or None for an unguarded hand."""
         return self.hand if isinstance(self.hand, GuardedHand) else None
 
     @property
     def may_push_at_stops(self) -> bool:
-        """Whether the thumb may be held at its stops: a guard stops a hand that cannot be weakened for it."""
+        """True if the thumb may push at its end stops: unguarded, or with a firmware whose torque can be reduced."""
         return self.guard is None or firmware_of(self.firmware).settings is not None
 
     def begin(self, *, stops: Iterable[Channel] = ()) -> None:
-        """Let a guarded hand be checked and opened before the clock of an experiment starts; others need nothing.
+        """Check and open a guarded hand before an experiment starts its clock; do nothing for an unguarded hand.
 
         Args:
-            stops: channels that the experiment drives into their stops, and that are weakened for it.
+            stops: channels that the experiment drives into their end stops, with reduced torque.
 
         Raises:
-            SafetyStopError: it must not be moved, or did not open.
+            SafetyStopError: the guard refuses to move the hand, or the hand did not open.
         """
         if self.guard is not None:
             self.guard.expect_stops(stops)
 
     def find(self, capability: type[Capability]) -> Capability | None:
-        """Return a capability, None when this target does not have it."""
+        """Return a capability, or None if this target lacks it."""
         return next((found for found in self.capabilities if isinstance(found, capability)), None)
 
     def get(self, capability: type[Capability]) -> Capability:
         """Return a capability, such as `GroundTruth`.
 
         Raises:
-            MissingCapabilityError: this target does not have it.
+            MissingCapabilityError: this target lacks the capability.
         """
         found = self.find(capability)
         if found is None:
@@ -141,19 +141,19 @@ class Target:
 
     @property
     def wrong(self) -> tuple[Injection, ...]:
-        """What is wrong with an emulated hand at present."""
-        # Text does not bring back a fault that is in no catalogue.
+        """Present faults of an emulated hand."""
+        # In this process, objects instead of text: a fault outside the catalogue cannot be parsed back.
         if (here := self.find(Workbench)) is not None:
             return here.present
         bench = self.find(HandBench)
         return self.faults if bench is None else bench.state().present
 
     def inject(self, fault: Injection | str) -> None:
-        """Break an emulated hand now, as in `target.inject("motor_dead:ring")`.
+        """Inject a fault into an emulated hand now, as in `target.inject("motor_dead:ring")`.
 
         Raises:
-            MissingCapabilityError: the hand is not an emulated one.
-            ValueError: there is no such fault, or this hand cannot have it now.
+            MissingCapabilityError: the hand is not emulated.
+            ValueError: unknown fault, or a fault that this hand refuses.
         """
         asked = parse_fault(fault) if isinstance(fault, str) else fault
         if (here := self.find(Workbench)) is not None:
@@ -162,11 +162,11 @@ class Target:
             self.act(f"inject {asked}")
 
     def clear(self, fault: Injection | str) -> None:
-        """Take a fault away.
+        """Clear a fault of an emulated hand.
 
         Raises:
-            MissingCapabilityError: the hand is not an emulated one.
-            ValueError: the hand does not have it, or it cannot be undone.
+            MissingCapabilityError: the hand is not emulated.
+            ValueError: the hand does not have the fault, or the fault cannot be undone.
         """
         asked = parse_fault(fault) if isinstance(fault, str) else fault
         if (here := self.find(Workbench)) is not None:
@@ -175,18 +175,18 @@ class Target:
             self.act(f"clear {asked}")
 
     def act(self, words: str) -> str:
-        """Do to an emulated hand what a person does, as in `target.act("exchange_servos ring pinky")`.
+        """Perform an act of `hil.faults.acts.ACTS`, as in `target.act("exchange_servos ring pinky")`.
 
-        Returns what was done; `hil.faults.acts.ACTS` lists what there is.
+        Returns a sentence about the act.
 
         Raises:
-            MissingCapabilityError: the hand is not an emulated one.
-            ValueError: there is no such act, or it cannot be done now.
+            MissingCapabilityError: the hand is not emulated.
+            ValueError: unknown act, or an act that this hand refuses.
         """
         return self.get(HandBench).act(words)
 
     def describe(self) -> str:
-        """Say in one line what this is."""
+        """Return a description of the hand in one line."""
         wrong = ", ".join(map(str, self.wrong))
         return hand_words(
             self.side, self.name, self.firmware, unit=self.unit, seed=self.seed, hand_id=self.hand_id, wrong=wrong
