@@ -1,1 +1,1 @@
-"""Two firmwares, the same seeded sessions, and the first thing in which they differ."""
+"""Comparison of two firmwares in equal seeded sessions, up to their first difference."""

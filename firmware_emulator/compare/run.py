@@ -1,4 +1,4 @@
-"""Runs a session on a board and notes everything that leaves it, with its time."""
+"""Session runner: records all output of a board with its time, and compares two boards."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
 
 SAMPLE_S = 0.05
-"""Period at which the shafts are looked at, s."""
+"""Sampling period of the shaft angles, s."""
 ABDUCTION = 0
 HOST, BUS, STORE = "host", "servo bus", "storage"
 
 
 @dataclass(frozen=True)
 class Contender:
-    """A firmware: a version that is emulated, or a program."""
+    """Firmware to compare: an emulated version, or a program."""
 
     hand: HandSide
     version: str = DEFAULT_VERSION
@@ -33,10 +33,10 @@ class Contender:
 
 
 def contender(name: str, hand: HandSide) -> Contender:
-    """Return the firmware of a name: a version, or the path of a program.
+    """Return the firmware named by a version or by the path of a program.
 
     Raises:
-        ValueError: neither.
+        ValueError: the name is neither a version nor an executable file.
     """
     if name in PROFILES:
         return Contender(hand, version=name)
@@ -47,17 +47,17 @@ def contender(name: str, hand: HandSide) -> Contender:
 
 @dataclass
 class BoardTrace:
-    """What a board did in a session."""
+    """Recorded output of a board in a session."""
 
     events: dict[str, list[tuple[int, bytes]]] = field(default_factory=lambda: {HOST: [], BUS: [], STORE: []})
-    """Time (ns) and bytes, by where they went; what is sent to the host at one instant is one event."""
+    """Time (ns) and bytes of each event, by destination; simultaneous bytes to the host are one event."""
     angles: list[tuple[float, ...]] = field(default_factory=list)
     """Shaft angles every `SAMPLE_S`, degrees, command order."""
     registers: list[dict[str, int]] = field(default_factory=list)
-    """Of every servo, at the end."""
+    """Registers of every servo at the end of the session."""
 
     def add(self, where: str, t: float, data: bytes) -> None:
-        """Note an event."""
+        """Record an event."""
         ns = round(t * 1e9)
         events = self.events[where]
         if where == HOST and events and events[-1][0] == ns:
@@ -67,7 +67,7 @@ class BoardTrace:
 
 
 class _NotedNvs(Nvs):
-    """A storage whose writes are noted; writing what is there already is a write too."""
+    """Storage that records its writes, including those that change nothing."""
 
     def __init__(self, stage: Stage, stored: tuple[tuple[str, int], ...]) -> None:
         super().__init__()
@@ -81,10 +81,10 @@ class _NotedNvs(Nvs):
 
 
 class Stage:
-    """One board in one session, on seven bare shafts with the stops that homing looks for."""
+    """Board in a session, on seven bare shafts with end stops for homing."""
 
     def __init__(self, firmware: Contender, session: Session) -> None:
-        """Begin a session; `run` runs it."""
+        """Prepare a session for `run`."""
         self.trace = BoardTrace()
         self._damages: list[Damage] = []
         self._plant = stopped_shafts(firmware.hand) if session.stops else Bench()
@@ -104,7 +104,7 @@ class Stage:
         self._session = session
 
     def run(self) -> BoardTrace:
-        """Run the session to its end."""
+        """Run the session to its end and return the recorded output."""
         try:
             self.hand.kernel.spawn(self._watch_shafts())
             self._do(Reset(self._session.start))
@@ -116,11 +116,11 @@ class Stage:
         return self.trace
 
     def asked(self, data: bytes) -> None:
-        """Note a packet of the board."""
+        """Record a packet from the board to the servos."""
         self.trace.add(BUS, self.hand.kernel.now, data)
 
     def answered(self, data: bytes) -> bytes:
-        """Return what arrives of an answer."""
+        """Return an answer with the next scheduled damage applied."""
         if not self._damages:
             return data
         present = self._damages[0]
@@ -164,7 +164,7 @@ class Stage:
 
 
 def stopped_shafts(hand: HandSide) -> Bench:
-    """Seven bare shafts with the end stops of the hand's channels, ends of the window by ID."""
+    """Return seven bare shafts with the end stops of the hand's channels."""
     config = HANDS[hand]
     shafts = [BenchShaft()] * len(SERVOS)
     for servo, shaft in enumerate(SHAFT_OF_SERVO):
@@ -189,21 +189,21 @@ Event = tuple[int, bytes] | None
 
 @dataclass(frozen=True)
 class Difference:
-    """Where two boards part."""
+    """First difference between two boards."""
 
     where: str
-    """`host`, `servo bus`, `storage` or `hand`."""
+    """Location of the difference: `host`, `servo bus`, `storage` or `hand`."""
     at_ns: int
-    """When."""
+    """Time of the difference, ns."""
     before: tuple[tuple[int, bytes], ...]
-    """The last events that are the same."""
+    """Last common events."""
     first: Event
     second: Event
     effects: tuple[str, ...]
-    """What it did to the hand by the end of the session."""
+    """Differences in the hand's motion and final registers, for messages."""
 
     def lines(self, names: tuple[str, str]) -> list[str]:
-        """Say it."""
+        """Return the difference as lines of text, with the names of both firmwares."""
         width = max(map(len, names))
         shown = [f"  both{'':{width - 4}} {_said(event)}" for event in self.before]
         shown += [
@@ -215,18 +215,18 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A session on two boards."""
+    """Result of a session on two boards."""
 
     difference: Difference | None
     second: BoardTrace
-    """What the second board did."""
+    """Recorded output of the second board."""
     packets: int
-    """Of the first board on its servo bus."""
+    """Number of packets of the first board on its servo bus."""
     hand_seconds: float
 
 
 def compare(session: Session, first: Contender, second: Contender | BoardTrace) -> Comparison:
-    """Run a session on both, or on the first where the second was recorded, and look for the first difference."""
+    """Run a session on both boards, or compare the first with a recorded trace; return the first difference."""
     a = Stage(first, session).run()
     b = second if isinstance(second, BoardTrace) else Stage(second, session).run()
     return Comparison(_difference(a, b), b, len(a.events[BUS]), len(a.angles) * SAMPLE_S)

@@ -1,4 +1,4 @@
-"""The seeded sessions: every case that a board has to get right, and random ones."""
+"""Seeded sessions: edge cases of every board function, and random input."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from firmware_emulator.firmware.setup_and_loop import ResetCause
 
 @dataclass(frozen=True)
 class Send:
-    """The host writes bytes."""
+    """Write bytes from the host."""
 
     data: bytes
 
 
 @dataclass(frozen=True)
 class Wait:
-    """Time passes."""
+    """Wait a fixed time."""
 
     microseconds: int
 
 
 @dataclass(frozen=True)
 class Await:
-    """Time passes until the board has sent so many bytes more, or for as long as given."""
+    """Wait until the board has sent `count` more bytes, or until a time-out."""
 
     count: int
     longest_s: float
@@ -35,28 +35,28 @@ class Await:
 
 @dataclass(frozen=True)
 class Reset:
-    """The board restarts; its storage stays."""
+    """Restart the board, keeping its storage."""
 
     cause: ResetCause
 
 
 @dataclass(frozen=True)
 class Damage:
-    """One answer of the servos arrives damaged."""
+    """Corrupt one answer of the servos."""
 
     after: int
-    """How many answers pass unharmed first."""
+    """Number of intact answers before the corrupted one."""
     keep: int = 1000
-    """How many of its bytes arrive."""
+    """Number of bytes delivered; the rest is cut off."""
     flip: int = -1
-    """Index of a byte whose bits are turned over; none when negative."""
+    """Index of a byte to invert; negative for none."""
     before: bytes = b""
-    """Stray bytes in front."""
+    """Stray bytes before the answer."""
     replace: bytes | None = None
-    """What arrives in its place."""
+    """Bytes delivered instead of the answer; None for the answer itself."""
 
     def applied(self, data: bytes) -> bytes:
-        """Return what arrives of an answer."""
+        """Return an answer with this damage applied."""
         if self.replace is not None:
             return self.replace
         changed = bytearray(data)
@@ -67,14 +67,14 @@ class Damage:
 
 @dataclass(frozen=True)
 class Servos:
-    """Only these servos are on the bus from now on, by the ID that they began with."""
+    """Leave only these servos on the bus, by their initial IDs."""
 
     present: tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class Heat:
-    """A servo has a temperature."""
+    """Set the temperature of a servo."""
 
     servo: int
     celsius: float
@@ -85,41 +85,41 @@ Step = Send | Wait | Await | Reset | Damage | Servos | Heat
 
 @dataclass(frozen=True)
 class Session:
-    """A board's life from a reset on."""
+    """Sequence of steps on a board, starting with a reset."""
 
     name: str
     steps: tuple[Step, ...]
     start: ResetCause = "reset"
     stored: tuple[tuple[str, int], ...] = ()
-    """What is in the storage at first."""
+    """Initial keys and numbers of the storage."""
     stops: bool = True
-    """Whether the shafts meet the ends that homing looks for."""
+    """Whether the shafts have end stops for homing."""
 
     @property
     def frames(self) -> int:
-        """Frames that the host sends, whole ones' worth of bytes."""
+        """Number of frames sent by the host: bytes divided by the frame size."""
         return sum(len(step.data) for step in self.steps if isinstance(step, Send)) // 16
 
 
 EDGES = (0, 1, 4, 5, 6, 7, 8, 199, 200, 253, 254, 255, 256, 1000, 1001, 1023, 1024, 32766, 32767, 32768, 40000, 65535)
-"""Words at which the firmware changes its mind, and their neighbours."""
+"""Edge values of the firmware's words, with their neighbours."""
 GETS = (Opcode.GET_POS, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_TEMP)
 ALL_VERSIONS = tuple(code for code in Opcode if code != Opcode.CALIBRATE_MID)
-"""What the sessions of all versions ask; `calibrate_mid` has the rest."""
+"""Opcodes used in sessions for all versions; `calibrate_mid` uses the remaining one."""
 QUICK = tuple(code for code in ALL_VERSIONS if code not in {Opcode.HOMING, Opcode.SET_ID})
 SETTLED = Await(2000, 0.6)
-"""After a boot without homing."""
+"""Wait for the end of a boot without homing."""
 BOOTED = Await(2000, 6.0)
-"""After one that may home."""
+"""Wait for the end of a boot that may home."""
 
 
 def frame(code: int, *words: int) -> bytes:
-    """Return a host frame."""
+    """Return a host frame of up to seven words, padded with zeros."""
     return FRAME.pack(code, 0, *words, *[0] * (7 - len(words)))
 
 
 def _pause(rng: random.Random) -> Wait:
-    """Nothing, whole ticks or any time, up to 25 ms."""
+    """Return a random wait up to 25 ms: zero, whole ticks, or any time."""
     return Wait(rng.choice((0, 1000 * rng.randrange(25), 10 * rng.randrange(2500))))
 
 
@@ -128,7 +128,7 @@ def _any_frame(rng: random.Random) -> bytes:
     words = [rng.choice(EDGES) if rng.random() < 0.5 else rng.randrange(65536) for _ in range(7)]
     if code in {Opcode.TRIM, Opcode.SET_SPE, Opcode.SET_TOR}:
         words[0] = rng.randrange(8) if rng.random() < 0.9 else words[0]
-        # Trims of some degrees, so that the windows stay windows.
+        # Trims of a few degrees, so that the windows stay valid.
         words[1] = rng.randrange(-20, 21) & 0xFFFF if code == Opcode.TRIM and rng.random() < 0.9 else words[1]
     return frame(code, *words)
 
@@ -138,7 +138,7 @@ def _gets() -> list[Step]:
 
 
 def boot(rng: random.Random) -> list[Session]:
-    """All causes, with every servo and with some missing."""
+    """Boot after each reset cause, with all servos and with two missing."""
     causes: tuple[ResetCause, ...] = ("power_on", "reset", "brown_out")
     some = tuple(sorted(rng.sample(range(7), 5)))
     return [
@@ -149,7 +149,7 @@ def boot(rng: random.Random) -> list[Session]:
 
 
 def homing(rng: random.Random) -> list[Session]:
-    """Homing on request, and frames that wait for its end; without a stop to find; with a current limit to repair."""
+    """Home on request with queued frames; without end stops; with a current limit to repair."""
     home: tuple[Step, ...] = (Send(frame(Opcode.HOMING)), Wait(7000), Send(frame(Opcode.GET_POS)), Await(32, 200.0))
     steps: list[Step] = [SETTLED, Wait(10 * rng.randrange(5000)), *home, *_gets(), Wait(50_000), *_gets()]
     weak = rng.randrange(7)
@@ -163,7 +163,7 @@ def homing(rng: random.Random) -> list[Session]:
 
 
 def opcodes(rng: random.Random) -> list[Session]:
-    """Every opcode with every edge as channel and as value; opcodes that nobody knows."""
+    """Send every opcode with every edge value as channel and as value, and unknown opcodes."""
     steps: list[Step] = [SETTLED]
     for code in QUICK:
         for edge in EDGES:
@@ -176,7 +176,7 @@ def opcodes(rng: random.Random) -> list[Session]:
 
 
 def torque(rng: random.Random) -> list[Session]:
-    """Torque mode out of the window and back, with changes of mode and heat."""
+    """Run torque mode out of the window and back, with mode changes and heating."""
     steps: list[Step] = [SETTLED]
     for _ in range(40):
         match rng.randrange(5):
@@ -193,7 +193,7 @@ def torque(rng: random.Random) -> list[Session]:
 
 
 def set_id(rng: random.Random) -> list[Session]:
-    """SET_ID on buses of 0, 1, 2 and 7 servos."""
+    """Send SET_ID on buses of 0, 1, 2 and 7 servos."""
     sessions = []
     for count in (0, 1, 2, 7):
         present = tuple(sorted(rng.sample(range(7), count)))
@@ -203,14 +203,14 @@ def set_id(rng: random.Random) -> list[Session]:
             data = frame(Opcode.SET_ID, rng.choice((new, new | 0x3000)), rng.choice((0, 500, 1023, 1024, 65535)))
             steps += [Send(data), Await(16, 3.5), _pause(rng)]
         sessions.append(Session(f"SET_ID with {count} servos", (*steps, *_gets())))
-    # A servo that is plugged in when the scan has passed its ID has the number that is asked for.
+    # The requested ID belongs to a servo that is plugged in after the scan has passed this ID.
     early, late = sorted(rng.sample(range(7), 2))
     steps = [SETTLED, Servos((late,)), Send(frame(Opcode.SET_ID, early, 700)), Wait(1_000_000), Servos((early, late))]
     return [*sessions, Session("SET_ID of a number that appears", (*steps, Await(16, 3.5), *_gets()))]
 
 
 def split(rng: random.Random) -> list[Session]:
-    """Frames that arrive in pieces, slowly or in bursts beyond the queue."""
+    """Send split frames, slowly or in bursts beyond the queue size."""
     steps: list[Step] = [SETTLED]
     for _ in range(80):
         data = b"".join(_any_frame(rng) for _ in range(rng.choice((1, 1, 2, 5, 20))))
@@ -222,7 +222,7 @@ def split(rng: random.Random) -> list[Session]:
 
 
 def garbage(rng: random.Random) -> list[Session]:
-    """Bytes that are no frames, without the opcodes that take long."""
+    """Send random bytes, excluding the slow opcodes."""
     steps: list[Step] = [SETTLED]
     for _ in range(150):
         data = rng.randbytes(rng.randrange(1, 40)).translate(None, bytes((Opcode.HOMING, Opcode.SET_ID)))
@@ -231,7 +231,7 @@ def garbage(rng: random.Random) -> list[Session]:
 
 
 def damage(rng: random.Random) -> list[Session]:
-    """Answers of the servos that are cut, wrong, missing or behind stray bytes, in every mode and while booting."""
+    """Corrupt answers of the servos in every way, in every mode and during boot."""
     kinds: tuple[Callable[[], dict[str, Any]], ...] = (
         lambda: {"keep": rng.choice((0, 1, 2, 5, 20, 126, 131, 140, 146))},
         lambda: {"flip": rng.randrange(147)},
@@ -251,7 +251,7 @@ def damage(rng: random.Random) -> list[Session]:
 
 
 def resets(rng: random.Random) -> list[Session]:
-    """Settings and trims, then resets; values in the storage that count and that do not."""
+    """Reset after settings and trims, with valid and invalid values in the storage."""
     causes: tuple[ResetCause, ...] = ("reset", "brown_out", "reset", "power_on")
     stored = tuple(
         (f"ext{channel}", rng.choice((-1, 0, 1000, 4095, 4096, 2048))) for channel in rng.sample(range(7), 4)
@@ -265,7 +265,7 @@ def resets(rng: random.Random) -> list[Session]:
 
 
 def fuzz(rng: random.Random) -> list[Session]:
-    """Random frames, mostly in bursts that just fit the queue."""
+    """Send random frames, mostly in bursts that just fit the queue."""
     steps: list[Step] = [SETTLED]
     sent = 0
     while sent < 2000:
@@ -276,7 +276,7 @@ def fuzz(rng: random.Random) -> list[Session]:
 
 
 def calibrate_mid(rng: random.Random) -> list[Session]:
-    """CALIBRATE_MID in both modes, of every channel and of none, with damaged answers, and what comes after it."""
+    """Send CALIBRATE_MID in both modes, for valid and invalid channels, with damaged answers, homing and resets."""
 
     def calibrated(channel: int) -> list[Step]:
         return [Send(frame(Opcode.CALIBRATE_MID, channel, rng.randrange(65536))), Await(16, 0.3), *_gets()]
@@ -306,9 +306,9 @@ MAKERS: dict[str, Callable[[random.Random], list[Session]]] = {
     make.__name__: make
     for make in (boot, homing, opcodes, torque, set_id, split, garbage, damage, resets, fuzz, calibrate_mid)
 }
-"""What can be asked for by name."""
+"""Session makers by name."""
 
 
 def sessions(name: str, seed: int) -> list[Session]:
-    """Return the sessions of a name; the same seed gives the same."""
+    """Return the sessions of a name, determined by the seed."""
     return MAKERS[name](random.Random(f"{name} {seed}"))

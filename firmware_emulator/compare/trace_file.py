@@ -1,8 +1,8 @@
-"""Recorded sessions in a file: what happened to a board, and every byte that left it, with its time.
+"""File of recorded sessions: the steps of each session and every byte from the board, with its time.
 
-One JSON object a line, one session each, compressed. `steps` are those of `sessions.py`, named by `do`. Events are
-packed: each distinct `packet` once, then which one came how long `after_ns` the event before. A board repeats itself,
-so that 800,000 events take 20 kB.
+Compressed JSON lines, one session each. `steps` are those of `sessions.py`, named by `do`. Events are packed: `packets`
+lists each distinct packet once; `packet` and `after_ns` give the index and delay of each event. 800,000 events take
+20 kB, because boards repeat their packets.
 """
 
 from __future__ import annotations
@@ -21,31 +21,31 @@ from firmware_emulator.compare.sessions import Servos, Session, Step
 
 STEPS: dict[str, type[Step]] = {kind.__name__.lower(): kind for kind in get_args(Step)}
 ENDING = ".jsonl.xz"
-"""Of the name of a file of recorded sessions."""
+"""File name suffix of recorded sessions."""
 _BYTES = {"data", "before", "replace"}
 
 Events = list[tuple[int, bytes]]
 
 
 class TraceFileError(ValueError):
-    """A file that holds no recorded sessions."""
+    """File without valid recorded sessions."""
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """A session, and what a board did in it."""
+    """Session with the recorded output of a board."""
 
     kind: str
-    """Name of the sessions that it belongs to, for example `homing`."""
+    """Name of the session maker, for example `homing`."""
     session: Session
     trace: BoardTrace
 
 
 def read_traces(path: Path) -> Iterator[Recorded]:
-    """Read sessions one after the other.
+    """Yield the sessions of a file.
 
     Raises:
-        TraceFileError: no such file, or something else in it; the message names the line.
+        TraceFileError: the file is missing or invalid; the message names the line.
     """
     number = 0
     if path.exists() and not path.is_file():
@@ -60,8 +60,8 @@ def read_traces(path: Path) -> Iterator[Recorded]:
 
 
 def write_traces(path: Path, recorded: Iterable[Recorded]) -> None:
-    """Write sessions, packed, in place of what is at `path` when all are written; the folder is there."""
-    draft = path.with_name(f".{os.getpid()}.{path.name}")  # this package knows nothing of `aero.whole_file`
+    """Write packed sessions to a draft, then replace `path`; its folder must exist."""
+    draft = path.with_name(f".{os.getpid()}.{path.name}")  # independent of `aero.whole_file`
     try:
         with lzma.open(draft, "wt", encoding="utf-8") as file:
             for one in recorded:

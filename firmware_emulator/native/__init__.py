@@ -1,1 +1,1 @@
-"""Real firmware on the emulated hand: its C++ source compiled for this machine, on a board in virtual time."""
+"""Real firmware on the emulated hand: C++ source compiled for this machine, run in virtual time."""

@@ -1,4 +1,4 @@
-"""Builds a firmware program: the user's sketch, their servo library, and the host board of this package."""
+"""Build of a firmware program from the user's sketch, the servo library and the host board of this package."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from typing import NamedTuple
 
 from firmware_emulator.native.sketch import HEADERS, UNITS, SketchError, translated
 
-# The firmware multiplies by `65535L` and lives with the wrap: a `long` of more than 32 bits gives other positions.
+# Programs must be 32-bit: the firmware multiplies by `65535L` and relies on the wrap of a 32-bit `long`.
 SANITIZERS = ("address", "undefined")
 ZIG_TARGETS = {"x86_64": "x86-linux-musl", "aarch64": "arm-linux-musleabihf"}
-"""32-bit system whose programs a machine runs without any of its libraries."""
+"""Target triple of statically linked 32-bit programs, by machine."""
 
 
 class FirmwareBuildError(Exception):
-    """A firmware cannot be built; the message says why and what to do."""
+    """Failed firmware build; the message names cause and remedy."""
 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A command, the options that it needs to make a program of 32 bits, and those with which it links one."""
+    """Compiler command with its options for compiling and linking a 32-bit program."""
 
     command: tuple[str, ...]
     options: tuple[str, ...]
@@ -40,12 +40,12 @@ class Compiler:
 
 
 def choose(sanitize: frozenset[str]) -> Compiler:
-    """Return the compiler to use: g++ where it makes programs of 32 bits, else the one of the package `ziglang`.
+    """Return the compiler to use: g++ if it can build 32-bit programs, else that of the package `ziglang`.
 
-    The address sanitizer needs g++; where that makes 64 bits only, the program finds errors and is no good to compare.
+    The address sanitizer requires g++. A 64-bit program finds errors, but is unsuitable for comparisons.
 
     Raises:
-        FirmwareBuildError: none is there.
+        FirmwareBuildError: no suitable compiler is installed.
     """
     if platform.system() != "Linux":
         raise FirmwareBuildError("a firmware program runs on Linux only; use a Linux machine, WSL or a container")
@@ -81,7 +81,7 @@ def _makes_32_bits(with_sanitizer: bool) -> bool:
 
 HOST = Path(__file__).parent / "host"
 STANDARD = ("-std=gnu++17", "-funsigned-char", "-fwrapv", "-pthread", "-w")
-"""As the chip's compiler: characters have no sign, and an overflow of a signed number wraps."""
+"""Compiler options that match the chip: unsigned characters, wrapping signed overflow."""
 DEFINES = ("ARDUINO=10819", "ESP32", "ARDUINO_ARCH_ESP32", "CONFIG_IDF_TARGET_ESP32S3=1", "ARDUINO_USB_CDC_ON_BOOT=1")
 
 
@@ -94,28 +94,28 @@ def build(
     sanitize: Iterable[str] = (),
     defines: Sequence[str] = (),
 ) -> Compiler:
-    """Build a program and return the compiler that made it.
+    """Build a program and return the compiler used.
 
-    The host board and the library are kept below the user's cache folder, so that a second build compiles the sketch
-    only.
+    Objects of the host board and the library are cached in the user's cache folder, so a second build compiles only
+    the sketch.
 
     Args:
-        source: the sketch's folder.
-        out: the program to write.
-        library: folder of the servo library, FTServo_Arduino; None when the sketch brings it.
-        hand: `right` or `left` in place of the choice in `HandConfig.h`; None leaves that.
-        sanitize: any of `SANITIZERS`; the program then stops at the first error with file and line.
-        defines: further macros for the sketch, `NAME` or `NAME=VALUE`.
+        source: folder of the sketch.
+        out: program file to write.
+        library: folder of the servo library, FTServo_Arduino; None if the sketch contains the library.
+        hand: `right` or `left`, overrides the choice in `HandConfig.h`; None keeps the choice.
+        sanitize: subset of `SANITIZERS`; the program stops at the first error with file and line.
+        defines: additional macros for the sketch, `NAME` or `NAME=VALUE`.
 
     Raises:
-        FirmwareBuildError: no compiler, no sketch, or it does not compile; the message carries the compiler's.
+        FirmwareBuildError: no compiler, no sketch, or a compiler error, quoted in the message.
     """
     wanted = frozenset(sanitize)
     if unknown := wanted - set(SANITIZERS):
         raise FirmwareBuildError(f"unknown sanitizer {', '.join(sorted(unknown))}; known are {', '.join(SANITIZERS)}")
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
-        # What was given is looked at first: a missing compiler is no reason to leave a mistake in it untold.
+        # Arguments are checked first, so that their errors are reported even without a compiler.
         try:
             units = translated(source, folder / "sketch", hand=hand)
         except SketchError as error:
@@ -157,11 +157,11 @@ class _Job(NamedTuple):
 
 
 def _compile(compiler: Compiler, job: _Job, includes: list[str]) -> str | None:
-    """Compile one unit unless it is there; return the compiler's message when it fails."""
+    """Compile one unit unless cached; return the error message, or None on success."""
     unit, target, options = job
     if target.exists():
         return None
-    # Under another name first, so that a build that is cut short leaves no half object to be found.
+    # Written to a draft and renamed, so that an aborted build leaves no truncated object in the cache.
     draft = target.with_name(f"{target.name}.{os.getpid()}")
     command = [*compiler.command, *options, *includes, "-c", str(unit), "-o", str(draft)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -174,7 +174,7 @@ def _compile(compiler: Compiler, job: _Job, includes: list[str]) -> str | None:
 
 
 def _root(library: Path) -> Path:
-    """Return where a library's sources are: in `src` where it has one, as Arduino libraries do."""
+    """Return the source folder of a library: `src` if present, as in Arduino libraries, else the folder itself."""
     root = library / "src" if (library / "src").is_dir() else library
     if not any(_units(root)):
         raise FirmwareBuildError(f"{library} holds no .cpp file; give the folder of FTServo_Arduino with --library")
@@ -186,7 +186,7 @@ def _units(root: Path) -> list[Path]:
 
 
 def _home() -> Path:
-    """Return the user's home, or a folder of the user's own where a container's or a service's user has none."""
+    """Return the user's home, or a per-user temporary folder for users without one (containers, services)."""
     try:
         return Path.home()
     except RuntimeError:
@@ -194,7 +194,7 @@ def _home() -> Path:
 
 
 def _kept(root: Path, compiler: Compiler, options: list[str]) -> Path:
-    """Return the cache folder for the objects of a root, named by everything that they are made from."""
+    """Return the cache folder for the objects of a root, named by a hash of compiler, options and sources."""
     digest = hashlib.sha256("\0".join([*compiler.command, *options]).encode())
     for folder in sorted({HOST, root}):
         for path in sorted(folder.rglob("*")):

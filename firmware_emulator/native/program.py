@@ -1,7 +1,7 @@
-"""A compiled firmware as a child process, and the conversation with it; `host/wire.h` is the other side.
+"""Compiled firmware as a child process, with its protocol; `host/wire.h` implements the program's side.
 
-Each turn the kernel says what time it is and what has arrived, and the program answers with what it sent and until when
-all its tasks wait. The program has no clock of its own, so a run is a pure function of what it is told.
+In each turn the kernel sends the time and the received bytes; the program replies with the transmitted bytes and its
+next wake-up time. The program has no clock of its own, so a run is a pure function of its input.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from pathlib import Path
 from typing import IO, NamedTuple
 
 RESPONSE_TIMEOUT_S = 10.0
-"""Real time after which a program that neither waits nor polls is given up, s; a turn takes less than a millisecond."""
+"""Time-out of a turn in real time, s; a turn normally takes less than a millisecond."""
 
 LONGEST_MESSAGE = 20_000
-"""How much of what a program printed is shown when it ends, bytes."""
+"""Size limit of a program's output quoted in error messages, bytes."""
 
 HOST, SERVOS, STORE, FORGET, CAUSE, READY, RESET, FAILED = (ord(letter) for letter in "HUNXCSRE")
-"""Kinds of records: bytes of the host's port and of the servo UART, a stored number and one taken away, the cause of
-the reset, the end of `setup`, a restart that the firmware asks for, and a message that explains an end."""
+"""Record types: bytes of the host port, bytes of the servo UART, number stored, number deleted, reset cause, end of
+`setup`, restart requested by the firmware, message about a failure."""
 _LENGTH = struct.Struct("<I")
 _TIME = struct.Struct("<q")
 _RECORD = struct.Struct("<BI")
@@ -35,35 +35,35 @@ Record = tuple[int, bytes]
 
 
 class FirmwareProgramError(Exception):
-    """A firmware program ended, failed or hangs; the message carries what it said."""
+    """Firmware program that ended, failed or hangs; the message quotes its output."""
 
     exit_code = 6  # `Exit.FIRMWARE` of aero, which this package does not know
 
 
 class Turn(NamedTuple):
-    """What a program did at one instant."""
+    """Output of a program at one instant."""
 
     wake_ms: int
-    """When one of its tasks wants to go on, ms on its own clock; -1 for never."""
+    """Next wake-up time of a task, ms on the program's clock; -1 for never."""
     records: list[Record]
 
 
 class Program:
-    """One run of a program, from a reset to the next."""
+    """Run of a program, from one reset to the next."""
 
     def __init__(self, path: Path, *, cause: int, stored: Iterable[tuple[str, int]]) -> None:
-        """Start the program; nothing of it runs before the first `turn`.
+        """Start the process; the firmware runs from the first `turn`.
 
         Args:
-            path: what `aero-hil firmware build` made.
-            cause: reset reason, as `esp_reset_reason` counts them.
-            stored: the storage's numbers, by `namespace/key`.
+            path: executable of `aero-hil firmware build`.
+            cause: reset reason, as returned by `esp_reset_reason`.
+            stored: keys (`namespace/key`) and numbers of the storage.
 
         Raises:
-            FirmwareProgramError: it cannot be started.
+            FirmwareProgramError: the program cannot be started.
         """
         self.path = path
-        # A file, not a pipe: a program that prints a lot must not wait for a reader.
+        # A file, because a program with much output would block on a pipe.
         self._said = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
         self._first: list[Record] = [(CAUSE, bytes((cause,)))]
         self._first += [(STORE, f"{name}={value}".encode()) for name, value in stored]
@@ -83,10 +83,10 @@ class Program:
         self._close()
 
     def turn(self, now_ns: int, records: Sequence[Record] = ()) -> Turn:
-        """Tell the time (ns on the program's clock) and what arrived; return what the program did.
+        """Send the time (ns on the program's clock) and the received records; return the program's output.
 
         Raises:
-            FirmwareProgramError: it ended, failed, or did not answer.
+            FirmwareProgramError: the program ended, failed or timed out.
         """
         if self._first:
             records, self._first = [*self._first, *records], []
@@ -135,7 +135,7 @@ class Program:
 
     def _hanging(self) -> FirmwareProgramError:
         self._process.send_signal(signal.SIGUSR1)
-        # The program explains itself and ends.
+        # On SIGUSR1 the program prints the cause of the hang and exits.
         try:
             self._process.wait(1.0)
         except subprocess.TimeoutExpired:
@@ -153,7 +153,7 @@ class Program:
 
 
 def _end(process: subprocess.Popen[bytes], said: IO[bytes]) -> None:
-    # The program ends when nobody talks to it any more, and writes what it counted for gcov.
+    # The program exits when its input closes, and then writes its gcov counters.
     if process.stdin is not None:
         process.stdin.close()
     try:

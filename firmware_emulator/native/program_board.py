@@ -1,4 +1,4 @@
-"""The board that runs a firmware program in place of the emulated firmware: bytes and time in, bytes out."""
+"""Board that runs a firmware program instead of the emulated firmware: bytes and time in, bytes out."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from firmware_emulator.native.program import (
 )
 
 REASONS: dict[ResetCause, int] = {"power_on": 1, "reset": 2, "brown_out": 9}
-"""What `esp_reset_reason` returns: power-on, external pin, brown-out."""
+"""Return values of `esp_reset_reason`: power-on, external pin, brown-out."""
 SOFTWARE = 3
-"""What it returns after the firmware restarted itself."""
+"""Return value of `esp_reset_reason` after a restart by the firmware."""
 NAMESPACE = "hand/"
-"""Of the stored extend values; `Nvs` names them without it."""
+"""Namespace prefix of the stored extend values; keys of `Nvs` omit the prefix."""
 LONGEST_BOOT_S = 60.0
-"""A boot that homes is over by then, s; the slowest known takes 43 s when nothing is found."""
+"""Time-out of a boot with homing, s; the slowest known takes 43 s if no contact is found."""
 LONGEST_HOMING_S = 200.0
-"""So is a homing that the host asks for, s; 194 s."""
+"""Time-out of a homing requested by the host, s; the slowest known takes 194 s."""
 WAIT_STEP_S = 0.01
 
 
 class ProgramBoard:
-    """A firmware program, its place in time, and its two ports."""
+    """Firmware program on a board, with its clock and two ports."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class ProgramBoard:
         transmit: Callable[[bytes], None],
         host_latency_s: float,
     ) -> None:
-        """Put a program on a board that is switched off; `transmit` gets what it sends to the host."""
+        """Load a program on a board that is switched off; `transmit` is called with bytes for the host."""
         self.ready = False
         """Whether `setup` has returned."""
         self._kernel = kernel
@@ -64,29 +64,29 @@ class ProgramBoard:
         self._ticket = 0
 
     def boot(self, cause: ResetCause) -> None:
-        """Start the program at the present instant."""
+        """Start the program now."""
         self._start(REASONS[cause])
 
     def stop(self) -> None:
-        """End the program, as a reset or switching off does."""
+        """End the program, as a reset or power-off does."""
         self._ticket += 1
         if self._program is not None:
             self._program.close()
             self._program = None
 
     def receive(self, data: bytes) -> None:
-        """Take bytes from the host; the firmware sees them after the host's latency."""
+        """Receive bytes from the host; they reach the firmware after the host latency."""
         self._kernel.call_at(
             on_grid(self._kernel.now + self._latency_s), self._arrive, self._program, (HOST, bytes(data))
         )
 
     def boot_and_home(self) -> None:
-        """Boot as after a reset, and home as when the host asks; the host hears nothing of it.
+        """Boot after a reset and home as on request, without output to the host.
 
-        A program keeps in its RAM what homing did, and nothing outside can put it there.
+        Homing cannot be skipped, because its result is in the program's RAM.
 
         Raises:
-            FirmwareProgramError: it did not boot, or did not acknowledge the homing.
+            FirmwareProgramError: the program did not boot, or did not acknowledge the homing.
         """
         heard = bytearray()
         transmit, self._transmit = self._transmit, heard.extend
@@ -126,7 +126,7 @@ class ProgramBoard:
             self._wake(self._ticket)
 
     def _wake(self, ticket: int) -> None:
-        # Behind whatever else happens at this instant, so that the program sees all of it at once.
+        # Scheduled after the other events of this instant, so that one turn handles all of them.
         if ticket == self._ticket and not self._due:
             self._due = True
             self._kernel.call_at(self._kernel.now, self._turn)

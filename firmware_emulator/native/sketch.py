@@ -1,4 +1,4 @@
-"""Makes C++ of an Arduino sketch as the Arduino tools do: `.ino` files in one, with a prototype for each function."""
+"""Conversion of an Arduino sketch to C++ as by the Arduino tools: merged `.ino` files with function prototypes."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ _KEYWORDS = {"if", "for", "while", "switch", "catch", "else", "do", "return", "o
 
 
 class SketchError(Exception):
-    """A folder that holds no sketch; the message says what was expected."""
+    """Folder without a sketch; the message names the expected files."""
 
 
 def translated(source: Path, into: Path, *, hand: str | None) -> list[Path]:
-    """Write a sketch folder as C++ into a new folder; return the units to compile.
+    """Convert a sketch folder to C++ in a new folder; return the units to compile.
 
-    Every file begins with a `#line`, so that compilers and sanitizers name the user's file and line.
+    Every file starts with a `#line`, so that compilers and sanitizers report the user's file and line.
 
     Args:
-        source: the sketch's folder, or its `.ino`.
-        into: where to write.
-        hand: `right` or `left` takes the choice in `HandConfig.h` out, for the compiler's command line to make it.
+        source: folder of the sketch, or its `.ino` file.
+        into: output folder.
+        hand: `right` or `left` removes the choice in `HandConfig.h`; the compiler's command line then makes it.
 
     Raises:
-        SketchError: there is nothing to compile in it.
+        SketchError: the folder contains nothing to compile.
     """
     folder = source if source.is_dir() else source.parent
     if not folder.is_dir():
@@ -58,7 +58,7 @@ def translated(source: Path, into: Path, *, hand: str | None) -> list[Path]:
 
 
 def prototypes(text: str) -> tuple[int, list[str]]:
-    """Return where a sketch's first function begins (an index into `text`), and the prototype of every function."""
+    """Return the start of a sketch's first function (index into `text`) and the prototypes of all functions."""
     blank = _NOT_CODE.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
     found = [
         (match.start("head"), " ".join(match["head"].split()) + ";")

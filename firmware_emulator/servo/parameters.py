@@ -1,4 +1,4 @@
-"""What one kind of servo does physically, as data."""
+"""Physical parameters of a servo model, as data."""
 
 from __future__ import annotations
 
@@ -11,88 +11,88 @@ from firmware_emulator.servo.models import model_of
 COUNTS_PER_TURN = 4096
 RAD_PER_COUNT = 2.0 * math.pi / COUNTS_PER_TURN
 ACCELERATION_UNIT_COUNTS = 100.0
-"""One unit of the acceleration register, counts/s²."""
+"""Unit of the acceleration register, counts/s²."""
 CURRENT_UNIT_MA = 6.5
-"""One unit of a current or torque register, mA, nominal."""
+"""Nominal unit of a current or torque register, mA."""
 
 
 LEAST = 1e-3
-"""Least value of what a law of the motor divides by, in its own unit."""
+"""Lower bound of parameters used as divisors, in their own units."""
 
 
 @dataclass(frozen=True)
 class ServoParameters:
-    """An HLS3606M at 6 V.
+    """Parameters of a servo; defaults are those of an HLS3606M at 6 V.
 
-    Fitted to one physical hand (public logs of June-July 2026, TTdragoAlex/tetherIA-aero-hand-open 58b518e) where
-    nothing else is said; assumptions are marked so and listed in `docs/electronics.md`.
+    Unless marked otherwise, defaults are fitted to one physical hand (public logs of June-July 2026,
+    TTdragoAlex/tetherIA-aero-hand-open 58b518e). `docs/electronics.md` lists the assumptions.
     """
 
     model: str = "HLS3606M"
-    """Kind of servo, for `models.model_of`: its registers; what it does physically stands below."""
+    """Model name, for `models.model_of`; selects the registers."""
     stall_torque: float = 0.588
     """Torque at full duty and standstill, N m (6 kg cm, vendor)."""
     duty_per_count: float = 0.00862
-    """Position gain, share of full duty per count of error."""
+    """Position gain, fraction of full duty per count of error."""
     duty_per_count_per_s: float = 1.21e-4
-    """Damping on the motor voltage, share of full duty per count/s."""
+    """Damping of the motor voltage, fraction of full duty per count/s."""
     no_load_speed_counts: float = 8286.0
     """Speed at full duty without load, counts/s."""
     acceleration_unit_counts: float = ACCELERATION_UNIT_COUNTS
-    """One unit of the acceleration register, counts/s²; the paper's rise times ask for less than the vendor states."""
+    """Unit of the acceleration register, counts/s²; fits the paper's rise times, below the vendor's value."""
     goal_delay_s: float = 0.0143
-    """Dead time between the end of a goal write and the loop acting on it, s: 15.3 ms from the host, 1 ms of wire."""
+    """Dead time from the end of a goal write to its effect, s: 15.3 ms from the host less 1 ms on the wire."""
     loop_period_s: float = 0.001
-    """Period of the servo's own loop, s: goals are acted on on this grid (assumption)."""
+    """Period of the servo's control loop, s; goals take effect on this grid (assumption)."""
     refresh_period_s: float = 0.002
-    """Period at which measurements and the setpoint of a running profile are renewed, s (assumption)."""
+    """Update period of measurements and of a running profile's setpoint, s (assumption)."""
     turnaround_s: float = 100e-6
     """Time between the end of an instruction and the start of the answer, s (assumption)."""
     current_floor_ma: float = 29.0
     """Static current per count of error for small errors, mA."""
     current_rise_ma: float = 29.5
-    """What the static current per count gains towards large errors, mA."""
+    """Increase of the static current per count from small to large errors, mA."""
     current_knee_counts: float = 31.0
-    """Error at which half of `current_rise_ma` is gained, counts."""
+    """Error at half of `current_rise_ma`, counts."""
     current_known_counts: float = 52.0
-    """Largest error at which a channel that is not blocked was recorded, counts."""
+    """Largest recorded error of an unblocked channel, counts."""
     current_blocked_counts: float = 75.0
-    """Error of fingers at their end stops, counts; the current goes straight there, and from there to full duty. It
-    goes there at once when this is infinite."""
+    """Error of fingers at their end stops, counts; knot of the linear current between the recorded curve and full duty.
+    Infinity omits the knot."""
     current_blocked_ma: float = 45.0
-    """Static current per count of error there, mA."""
+    """Static current per count of error at `current_blocked_counts`, mA."""
     current_turning_ma: float = 0.0
-    """What the current per count gains as soon as the motor turns, mA."""
+    """Increase of the current per count for a turning motor, mA."""
     current_turning_counts: float = 150.0
-    """Speed at which half of `current_turning_ma` is gained, counts/s."""
+    """Speed at half of `current_turning_ma`, counts/s."""
     current_fading_counts: float = math.inf
-    """Speed at which all but `current_floor_ma` has halved, counts/s; infinite when the speed does not matter."""
+    """Speed at which the current above `current_floor_ma` has halved, counts/s; infinite for no effect of speed."""
     full_duty_units: float = 1030.0
-    """Current reading of a motor held at full duty, register units; homing waits for 950 (assumption)."""
+    """Current reading of a motor blocked at full duty, register units; homing waits for 950 (assumption)."""
     current_filter_s: float = 0.01
-    """Time constant of the current reading, s (assumption: with less, the inrush ends a fast homing search)."""
+    """Time constant of the current reading, s (assumption: at smaller values the inrush ends a fast homing search)."""
     current_noise_units: float = 1.5
     """Standard deviation of the current reading, register units (7-14 mA)."""
     voltage: float = 6.0
-    """Supply, V."""
+    """Supply voltage, V."""
     rest_temperature_c: float = 38.0
-    """Temperature that an energised servo without load settles at, °C."""
+    """Steady-state temperature of an energised servo without load, °C."""
     start_temperature_c: float = 34.0
     """Temperature at time zero, °C."""
     cooling_s: float = 400.0
     """Time constant of the case, s."""
     case_c_per_a2: float = 3.5
-    """Warming of the case by copper losses, K/A² (assumption: 4 Ω, 1.45 mA a unit, 17 K/W; no long stall recorded)."""
+    """Heating of the case by copper losses, K/A² (assumption: 4 Ω, 1.45 mA a unit, 17 K/W; no long stall recorded)."""
     motor_c_per_a: float = 1.6
-    """Warming of the motor above the case by its current, K/A; with the next two fitted to 112 recorded rises."""
+    """Heating of the motor above the case by current, K/A; with the next two fitted to 112 recorded rises."""
     motor_c_per_count_per_s: float = 0.0024
-    """Warming of the motor above the case by its speed, K per count/s: gears, brushes, peaks of current."""
+    """Heating of the motor above the case by speed, K per count/s: gears, brushes, current peaks."""
     motor_s: float = 18.0
     """Time constant of the motor, s."""
     reboot_s: float = 0.8
-    """Time a servo does not answer after REBOOT, s (transcribed HLS documentation)."""
+    """Duration without answers after REBOOT, s. Source: transcribed HLS documentation."""
     clamp_goal: bool = False
-    """Whether a goal outside the angle limits is brought to them; homing needs that it is not (assumption)."""
+    """Whether a goal outside the angle limits is clipped; homing requires no clipping (assumption)."""
 
     def __post_init__(self) -> None:
         if min(self.stall_torque, self.no_load_speed_counts) <= 0.0:
@@ -100,7 +100,7 @@ class ServoParameters:
                 f"stall torque and no-load speed must be positive, got {self.stall_torque:g} N m and "
                 f"{self.no_load_speed_counts:g} counts/s"
             )
-        # Divided by, as squares: a smaller one would underflow.
+        # The squares of these values are divisors; smaller values would underflow.
         for name in ("current_knee_counts", "current_turning_counts", "current_fading_counts", "cooling_s", "motor_s"):
             if getattr(self, name) < LEAST:
                 raise ValueError(f"{name} must be at least {LEAST:g}, got {getattr(self, name):g}")
@@ -123,14 +123,14 @@ class ServoParameters:
 
     @classmethod
     def of_model(cls, model: str, **own: float) -> ServoParameters:
-        """Return the parameters of a kind of servo: what its data sheet states, else those of the hand's servo.
+        """Return the parameters of a servo model: values of its data sheet, else those of the hand's servo.
 
         Args:
-            model: for `models.model_of`.
-            own: fields that differ from the data sheet's.
+            model: name, for `models.model_of`.
+            own: fields that override the data sheet.
 
         Raises:
-            ValueError: no such model or field, or a number out of range.
+            ValueError: an unknown model or field, or a number out of range.
         """
         try:
             stated: dict[str, Any] = {**model_of(model).physics, **own}
@@ -145,7 +145,7 @@ class ServoParameters:
 
     @property
     def back_emf(self) -> float:
-        """Share of the effort that the motor's own voltage takes, N m s/rad."""
+        """Loss of effort per speed by back-EMF, N m s/rad."""
         return self.stall_torque / (self.no_load_speed_counts * RAD_PER_COUNT)
 
     @property
@@ -155,4 +155,4 @@ class ServoParameters:
 
 
 HLS3606M = ServoParameters()
-"""The hand's servo."""
+"""Parameters of the hand's servos."""

@@ -1,4 +1,4 @@
-"""The trapezoid a goal is approached with when acceleration or speed limit the motion."""
+"""Trapezoidal motion profile with limited speed and acceleration."""
 
 from __future__ import annotations
 
@@ -7,26 +7,26 @@ from typing import NamedTuple
 
 
 class Segment(NamedTuple):
-    """A stretch of constant acceleration."""
+    """Profile segment of constant acceleration."""
 
     start: float
-    """Time of its start, s."""
+    """Start time, s."""
     position: float
-    """Position at its start."""
+    """Position at the start."""
     velocity: float
-    """Velocity at its start, per s."""
+    """Velocity at the start, per s."""
     acceleration: float
-    """Acceleration in it, per s²."""
+    """Constant acceleration, per s²."""
 
 
 class Trapezoid(NamedTuple):
-    """A planned motion; units are whatever the plan was made in."""
+    """Planned motion, in the units passed to `plan`."""
 
     segments: tuple[Segment, ...]
     goal: float
-    """Where it ends, at rest."""
+    """Final position, reached at rest."""
     end: float
-    """When it ends, s."""
+    """End time, s."""
 
     def at(self, t: float) -> tuple[float, float]:
         """Return position and velocity at time `t` (s)."""
@@ -56,10 +56,10 @@ def plan(
         acceleration: rate of change of velocity, per s², positive.
 
     Returns:
-        Ramps and a cruise, without overshoot unless the present velocity makes it unavoidable.
+        Ramps and a cruise; overshoots only if the present velocity makes it unavoidable.
 
     Raises:
-        ValueError: a limit that is not positive.
+        ValueError: a limit is not positive.
     """
     if speed <= 0.0 or acceleration <= 0.0:
         raise ValueError(f"a profile needs positive limits, got speed {speed} and acceleration {acceleration}")
@@ -73,7 +73,7 @@ def plan(
     t, x, v = start, position, velocity
     for target in (cruise, 0.0):
         if target == 0.0:
-            # Hold the cruise until the last ramp has to start.
+            # Cruise until the last ramp must start.
             left = goal - x - v * abs(v) / (2.0 * acceleration)
             hold = left / v if v else 0.0
             if hold > 0.0:

@@ -1,8 +1,8 @@
-"""A servo's protections: which status bits its measurements set, and which of them stay.
+"""Protections of a servo: status bits from its measurements, some of them latched.
 
-Sources: transcribed HLS and STS memory tables. The HLS table names an overload bit and no threshold for it, so that an
-HLS servo has none here. The STS table has three registers: above an overload torque (36) for a protection time (35), a
-holding torque (34) is left.
+Sources: transcribed HLS and STS memory tables. The HLS table has an overload bit without a threshold, so HLS servos
+have no overload protection here. STS servos reduce the torque to a holding torque (register 34) after a load above the
+overload torque (36) for the protection time (35).
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ class Status(IntFlag):
     OVERLOAD = 0x20
 
 
-# Plain numbers: what combines members of an enumeration costs more than the whole check.
+# Plain integers: combining enum members costs more than the whole check.
 VOLTAGE, TEMPERATURE, CURRENT, OVERLOAD = (
     bit.value for bit in (Status.VOLTAGE, Status.TEMPERATURE, Status.CURRENT, Status.OVERLOAD)
 )
 
 
 class Protection:
-    """Watches the measurements; over-current and overload have a memory.
+    """Check of the measurements; over-current and overload latch, temperature and voltage do not.
 
-    Both end what was too high, so their bits stay until the torque is enabled again, that of the overload until another
-    goal comes too (assumptions); temperature and voltage speak for themselves.
+    A trip removes its own cause, so the bits latch until the torque is enabled again; a new goal also clears the
+    overload (assumptions).
     """
 
     def __init__(self, model: ServoModel = HLS3606M) -> None:
-        """Watch a servo of a model."""
+        """Create the untripped protections of a servo model."""
         self._has_overload = model.has("holding_torque")
         self.release()
 
     def release(self) -> None:
-        """Forget over-current and overload, because the torque is enabled again."""
+        """Clear over-current and overload."""
         self._over_current_s = self._overload_s = 0.0
         self._tripped = False
         self.overloaded = False
-        """Whether an overload leaves the holding torque alone."""
+        """Whether an overload has tripped, which limits the torque to the holding torque."""
 
     def status(self, memory: RegisterFile, seconds: float) -> int:
         """Return the bits of `Status` for the present measurements, `seconds` after the last check."""

@@ -1,9 +1,9 @@
-"""One servo: a register file that moves a shaft.
+"""Bus servo: a register file that drives a shaft.
 
-State machine: control registers change at the end of a bus write; the loop acts on them `goal_delay_s` later, except
-that torque off acts on the next tick. Acting means a new drive for the plant and, where acceleration or speed limit
-the motion, a setpoint that follows a trapezoid. The same goal written again changes nothing, so that homing, which
-rewrites its goal hundreds of times a second, does not restart the ramp.
+State machine: control registers change at the end of a bus write and take effect `goal_delay_s` later, except torque
+off, which takes effect on the next tick. The effect is a new drive of the plant and, if acceleration or speed limit the
+motion, a trapezoidal setpoint. Rewriting an equal goal has no effect, so homing, which rewrites its goal hundreds of
+times a second, does not restart the ramp.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from firmware_emulator.servo.protection import OVERLOAD, Protection
 from firmware_emulator.servo.shafts import Shafts
 
 MIDDLE = 128
-"""What an STS servo's torque register takes for an order to calibrate, and does not keep."""
+"""Value of an STS servo's torque register that triggers a calibration and is not stored."""
 MID_COUNTS = 2048
 NO_ID = -1
-"""What stands for no ID."""
+"""Placeholder for no ID."""
 
 
 class Servo:
-    """A servo on a shaft."""
+    """Servo on a shaft of a plant."""
 
     def __init__(
         self,
@@ -44,21 +44,21 @@ class Servo:
         *,
         seed: int,
     ) -> None:
-        """Mount a servo with this ID; it is powered and its torque is off."""
+        """Mount a servo with the ID `servo`, powered and with torque off."""
         self.model = model_of(parameters.model)
         self.memory = RegisterFile(servo, self.model)
         self.frame = Frame(mounting, self.model.counts_per_turn, wraps=self.model.wraps)
         self.parameters = parameters
         self.silent_until = -1.0
         model = self.model
-        # Addresses whose write enables the torque: the firmware never does so itself (assumption).
+        # Writes to these addresses enable the torque, as the firmware never does (assumption).
         self._goal = model.span("goal_position", "goal_speed")
-        # Where writes of a whole goal begin; such a write, repeated with no other between, has nothing left to do.
+        # Start of a whole-goal write; an immediate repetition of such a write has no effect.
         self._goal_block = model.places["acceleration"].address
         goal = range(self._goal_block, self._goal.stop)
         whole = all(at in model.register_at and model.register_at[at].name in control.GOAL for at in goal)
         self._goal_size = len(goal) if whole else 0
-        """Bytes of a whole goal; 0 for a model with something else between."""
+        """Length of a whole goal, bytes; 0 if other registers interrupt the goal registers."""
         self._control = model.span(*control.LOOP)
         self._offset = model.span("offset")
         self._torque = model.places["torque_enable"].address
@@ -71,7 +71,7 @@ class Servo:
         self._heat = Warmth(parameters.start_temperature_c)
         self._wanted = self._acting = self._at_power_up()
         self._asked: LoopSettings | None = None
-        """What the control registers say, None since something else than a goal was written."""
+        """Settings in the control registers; None after a write other than a goal."""
         self._epoch = 0
         self._motion: Trapezoid | None = None
         self._setpoint_counts = 0.0
@@ -82,16 +82,16 @@ class Servo:
 
     @property
     def status(self) -> int:
-        """The error byte of its answers."""
+        """Error byte of the answers."""
         return self.feedback.status
 
     @property
     def response_level(self) -> int:
-        """0 when only pings and reads are answered."""
+        """Response level; at 0 only pings and reads are answered."""
         return self.memory.get("response_level")
 
     def read(self, address: int, count: int) -> bytes:
-        """Return `count` bytes from `address`, measurements as of the last tick."""
+        """Return `count` bytes from `address`, with the measurements of the last tick."""
         if address + count > FEEDBACK:
             self.feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
         return self.memory.read(address, count)
@@ -124,17 +124,17 @@ class Servo:
         self._take_address()
 
     def _take_address(self) -> None:
-        """Follow the registers that set the rate and IDs this servo answers to."""
+        """Update IDs and baud rate from their registers."""
         self.id = self.memory.get("id")
-        """Its ID."""
-        # Zero is none, for the hand's servo 0 has that ID.
+        """Primary ID."""
+        # A secondary ID of 0 means none, because servo 0 of the hand has that ID.
         self.secondary_id = (self.memory.get("secondary_id") if self.model.has("secondary_id") else 0) or NO_ID
-        """A second ID that takes writes and answers nothing."""
+        """Secondary ID, for writes without an answer; `NO_ID` for none."""
         self.baud = self.model.baud_rates[self.memory.get("baud")]
-        """bit/s."""
+        """Baud rate, bit/s."""
 
     def look_after(self, seconds: float) -> None:
-        """Warmth up or cool down over the last `seconds`, and apply the protections."""
+        """Update the temperatures over the last `seconds` and apply the protections."""
         feedback, memory = self.feedback, self.memory
         feedback.refresh(self._shafts.sample(), self._acting, self._setpoint_counts)
         current_a = feedback.current_units * CURRENT_UNIT_MA / 1000.0
@@ -146,31 +146,31 @@ class Servo:
         unload = memory.get("unload_conditions")
         if self._protection.overloaded and not self._wanted_is_weak():
             self._control_written()
-        # Overload leaves the holding torque; the others cut it.
+        # Overload keeps the holding torque; the other protections switch the torque off.
         if feedback.status & unload & ~OVERLOAD and memory.get("torque_enable"):
             self._last_goal = None
             memory.set("torque_enable", control.OFF)
             self._control_written()
 
     def heat_to(self, celsius: float) -> None:
-        """Give case and motor the same temperature (°C)."""
+        """Set case and motor to one temperature (°C)."""
         self._heat = Warmth(celsius)
         self.feedback.temperature_c = celsius
 
     def hold_write(self, address: int, data: bytes) -> None:
-        """Keep a write until `release_write` (REG WRITE)."""
+        """Buffer a write until `release_write` (REG WRITE)."""
         self._held = address, data
         self.memory.set("async_flag", 1)
 
     def release_write(self) -> None:
-        """Apply the write that is held, if any (ACTION)."""
+        """Apply the buffered write, if any (ACTION)."""
         if self._held is not None:
             held, self._held = self._held, None
             self.memory.set("async_flag", 0)
             self.write(*held)
 
     def calibrate(self, value: int | None) -> None:
-        """Make the present angle read `value` counts, 2048 when None (CALIBRATE); kept if EEPROM is unlocked."""
+        """Make the present angle read `value` counts, 2048 if None (CALIBRATE); stored if the EEPROM is unlocked."""
         self.frame.calibrate(self._angle(), MID_COUNTS if value is None else decode_signed(value))
         largest = (1 << self.model.places["offset"].sign_bit) - 1
         self.memory.set("offset", max(self.frame.offset, -largest))
@@ -178,12 +178,12 @@ class Servo:
         self._reframe()
 
     def forget_turns(self) -> None:
-        """Read the position within one turn from now on (RESET)."""
+        """Clear the counted turns (RESET)."""
         self.frame.forget_turns(self._angle())
         self._reframe()
 
     def _reframe(self) -> None:
-        """Take the goal, which is in counts, for where it lies now that counts mean other angles."""
+        """Reapply the goal (counts) after a change of the angle that its counts refer to."""
         self.feedback.invalidate()
         self._last_goal = None
         self._motion = None
@@ -191,17 +191,17 @@ class Servo:
         self._kernel.call_at(self._shafts.next_tick(self._kernel.now), self._act, self._wanted, self._epoch)
 
     def restore(self) -> None:
-        """Go back to factory registers, the ID excepted (RESTORE)."""
+        """Restore all factory registers except the ID (RESTORE)."""
         self.memory.restore()
         self._start_over()
 
     def reboot(self) -> None:
-        """Start again as after a loss of power, deaf for a while (REBOOT)."""
+        """Power-cycle and stay silent for `reboot_s` (REBOOT)."""
         self.power_up()
         self.silent_until = self._kernel.now + self.parameters.reboot_s
 
     def power_up(self) -> None:
-        """Start again from EEPROM, turns and goals forgotten; ready before the board is (assumption)."""
+        """Restart from EEPROM without turns and goals; ready before the board (assumption)."""
         self.memory.power_up()
         self._start_over()
 
@@ -216,7 +216,7 @@ class Servo:
         self._control_written()
 
     def _at_power_up(self) -> LoopSettings:
-        # The goal starts where the shaft is, so that enabling the torque holds (assumption).
+        # The initial goal is the present position, so that enabling the torque does not move (assumption).
         goal = self.model.places["goal_position"]
         lowest = -goal.high if goal.sign_bit else goal.low
         self.memory.set("goal_position", min(max(self.frame.counts(self._angle()), lowest), goal.high))
@@ -224,19 +224,19 @@ class Servo:
 
     @property
     def _holding_duty(self) -> int:
-        """What an overload leaves of the torque, 0.1 % of full duty."""
+        """Holding torque after an overload, 0.1 % of full duty."""
         return 10 * self.memory.get("holding_torque")
 
     def _wanted_is_weak(self) -> bool:
         return self._wanted.duty_limit <= self._holding_duty
 
     def _stay_in_one_turn(self) -> None:
-        """Forget turns that a servo does not count, so that a goal means the place where the shaft reads it."""
+        """Clear the turns of a single-turn servo, so that goals lie within the present turn."""
         if not self.memory.get("phase") & MULTI_TURN:
             self.frame.forget_turns(self._angle())
 
     def _change_mode(self) -> None:
-        """Forget turns that a servo does not count: a wheel that gets a position goes there, not back all its turns."""
+        """Clear the turns of a single-turn servo, so that a new position goal after speed mode does not unwind them."""
         if self.memory.get("phase") & MULTI_TURN:
             return
         self._stay_in_one_turn()
@@ -248,7 +248,7 @@ class Servo:
         return self._shafts.sample().angles[self._mounting.shaft]
 
     def _control_written(self, asked: LoopSettings | None = None) -> None:
-        """Follow the control registers, whose settings are `asked` where they are known."""
+        """Apply the control registers, with their settings in `asked` if already read."""
         self._asked = wanted = asked or LoopSettings.of(self.memory)
         if self._protection.overloaded:
             if wanted.enable and (not self._wanted.enable or wanted.position != self._wanted.position):
@@ -264,7 +264,7 @@ class Servo:
             self._change_mode()
         self._wanted = wanted
         if wanted.enable == control.OFF:
-            # Nothing that was on its way to the loop may switch the torque on again.
+            # A new epoch cancels delayed goals, which would switch the torque on again.
             self._epoch += 1
             self._kernel.call_at(self._shafts.next_tick(self._kernel.now), self._act, wanted, self._epoch)
         else:
@@ -290,7 +290,7 @@ class Servo:
         self._shafts.follow(shaft, self._follow if followed else None)
 
     def _present_setpoint(self, now: float) -> tuple[float, float]:
-        """Where a new motion starts, counts and counts/s: the running profile, else the shaft where it stands."""
+        """Return the start of a new motion, counts and counts/s: the followed setpoint, else the shaft position."""
         if self._acting.enable == control.ON and self._acting.mode in {control.POSITION, control.SPEED}:
             return self._motion.at(now) if self._motion else (self._setpoint_counts, 0.0)
         return float(self.frame.counts(self._angle())), 0.0
@@ -310,7 +310,7 @@ class Servo:
         return None
 
     def _bounded(self, goal: int) -> float:
-        # Limits count for goals that come after them.
+        # Limits apply to later goals only.
         limits = low, high = self.memory.get("min_angle"), self.memory.get("max_angle")
         if high > low and (self.parameters.clamp_goal or limits not in control.FREE_ANGLES):
             return float(min(max(goal, low), high))
@@ -327,7 +327,7 @@ class Servo:
         return self._aim()
 
     def _aim(self) -> float:
-        """Angle (rad) that the motor is sent to: the setpoint, or where it stands while the dead zone holds it."""
+        """Return the target angle (rad) of the motor: the setpoint, or the present angle within the dead zone."""
         if self._acting.has_dead_zone:
             angle = self._angle()
             if self._acting.ignores(self._setpoint_counts - self.frame.counts(angle)):

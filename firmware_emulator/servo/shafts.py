@@ -1,7 +1,7 @@
-"""The plant as servos see it: sampled and changed only on the grids of the servos' own loop.
+"""Plant access for servos, sampled and driven only on the time grids of the servo loop.
 
-That keeps the plant's integration regular: whatever the bus does between two ticks, the plant is asked for whole
-ticks, and a telemetry cycle of seven servos costs one call.
+The plant therefore integrates whole ticks, independent of bus traffic between ticks, and a telemetry cycle of seven
+servos costs one call.
 """
 
 from __future__ import annotations
@@ -16,30 +16,30 @@ from firmware_emulator.plant import Drive, Plant
 
 
 class Sample(NamedTuple):
-    """The shafts at one refresh, in command order."""
+    """Shafts at one refresh, in command order."""
 
     time: float
-    """s."""
+    """Time, s."""
     angles: list[float]
-    """rad."""
+    """Angles, rad."""
     speeds: list[float]
-    """rad/s."""
+    """Speeds, rad/s."""
     efforts: list[float]
-    """N m."""
+    """Efforts, N m."""
 
 
 class Shafts:
-    """A plant on the servos' time grids: a fine one for goals, a coarse one for measurements and running setpoints."""
+    """Plant on the servos' time grids: a fine grid for goals, a coarse one for measurements and running setpoints."""
 
     def __init__(self, kernel: Kernel, plant: Plant, *, loop_period_s: float, refresh_period_s: float) -> None:
         self._kernel = kernel
         self._plant = plant
         self._period = loop_period_s
         self._refresh = refresh_period_s
-        # Seven servos sample at one instant: the last sample is found by its time, without arithmetic.
+        # Seven servos sample at one instant: caching the time skips the arithmetic for six of them.
         self._sampled, self._looked = -1, -1.0
         self._advanced = -1.0
-        """When the plant was last brought to a tick, s: seven servos act on their goals at one instant."""
+        """Time of the last `advance`, s; seven servos apply their goals at one instant."""
         self._sample = Sample(0.0, [], [], [])
         self._moving: dict[int, Callable[[float], float | None]] = {}
         self._ticking = False
@@ -47,7 +47,7 @@ class Shafts:
         self._aims: dict[int, float] = {}
 
     def connect(self, plant: Plant) -> None:
-        """Turn another plant from now on, that is at the same time: something was put in between, or taken out."""
+        """Replace the plant, keeping the drives; the new plant must be at the time of the old one."""
         self.advance()
         self._plant = plant
         for shaft, drive in self._drives.items():
@@ -59,7 +59,7 @@ class Shafts:
         return math.ceil(t / self._period - 1e-6) * self._period
 
     def sample(self) -> Sample:
-        """Return the state at the last refresh that is over."""
+        """Return the state at the last refresh."""
         now = self._kernel.now
         if now == self._looked:
             return self._sample
@@ -73,28 +73,28 @@ class Shafts:
         return self._sample
 
     def advance(self) -> None:
-        """Bring the plant to the last tick that has passed."""
+        """Advance the plant to the last tick."""
         now = self._kernel.now
         if now != self._advanced:
             self._plant.advance_to(math.floor(now / self._period + 1e-6) * self._period)
             self._advanced = now
 
     def drive(self, shaft: int, drive: Drive) -> None:
-        """Change a shaft's drive from the last tick on."""
+        """Change a shaft's drive at the last tick."""
         self.advance()
         self._drives[shaft], self._aims[shaft] = drive, drive.setpoint
         self._plant.drive(shaft, drive)
         self._forget_sample()
 
     def aim(self, shaft: int, setpoint: float) -> None:
-        """Change the setpoint (rad) of a shaft's drive from the last tick on."""
+        """Change the setpoint (rad) of a shaft's drive at the last tick."""
         self.advance()
         self._aims[shaft] = setpoint
         self._plant.set_setpoint(shaft, setpoint)
         self._forget_sample()
 
     def follow(self, shaft: int, setpoint: Callable[[float], float | None] | None) -> None:
-        """Move a shaft's setpoint along a function of time (s) to rad at every refresh until it returns None."""
+        """Update a shaft's setpoint (rad) at every refresh from a function of time (s), until it returns None."""
         if setpoint is None:
             self._moving.pop(shaft, None)
             return
