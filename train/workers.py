@@ -73,13 +73,13 @@ class NoSchedulerError(ValueError):
 
 
 def check_address(scheduler: str) -> None:
-    """See that a scheduler's address is safe to use.
+    """Check that a scheduler's address is safe to use.
 
-    Dask's workers execute what anyone sends who reaches their ports or the scheduler's. So over a network the address
-    has to be encrypted and authenticated (`tls://`, with Dask's own certificates).
+    Dask's workers execute code from anyone who reaches their ports or the scheduler's. An address on a network has to
+    be encrypted and authenticated (`tls://`, with Dask's own certificates).
 
     Raises:
-        NoSchedulerError: it is no address, or is neither on this machine nor TLS.
+        NoSchedulerError: the address is invalid, or neither on this machine nor TLS.
     """
     try:
         parts = urlsplit(scheduler)
@@ -127,9 +127,9 @@ def conduct(
     executor: Callable[[], AbstractContextManager[Executor]],
     on_result: Callable[[Result], None],
 ) -> None:
-    """Do `work` on each item and hand over each result as it comes.
+    """Run `work` on each item; call `on_result` with each result at once.
 
-    A worker that dies loses nothing: what it had begun is done again by the next workers.
+    Items of a dead worker are repeated by the next workers.
 
     Args:
         items: what to work on.

@@ -1,1 +1,1 @@
-"""The verdict: experiments run and judged by limits, beside a baseline and the paper, and what explains a failure."""
+"""Verdict: experiments judged by limits, compared with a baseline and the paper, and the diagnosis of failures."""

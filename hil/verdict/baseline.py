@@ -1,4 +1,4 @@
-"""A hand's own figures, kept, and what has become worse since."""
+"""Stored figures of one hand and their comparison with a later run."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from hil.recordings.recording import Header
 from hil.verdict.findings import Finding
 
 LARGEST_BYTES = 16 * 2**20
-"""Of the figures of a run, which have some ten thousand."""
+"""Size limit of a run's figures, bytes; a run has some ten thousand figures."""
 FIELDS = {"hand", "passed", "not_run", "counts", "measured", "findings", "diagnosis", "withheld"}
 FORMER_FIELDS = {"sight", "explanations", "sha256"}
-"""Of `checks.json`, now and in earlier versions."""
+"""Current fields of `checks.json`, and those of earlier versions."""
 
 
 SAME = ("hand", "firmware", "unit", "hand_id")
-"""Fields of a header in which a baseline and a run are of one hand; what is empty is not known."""
+"""Header fields that identify the hand of a baseline and a run; an empty field is unknown."""
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """A hand's own earlier figures."""
+    """Earlier figures of one hand."""
 
     where: str
     hand: Mapping[str, str]
-    """Which hand, with which commit: see `described`."""
+    """Identity of the hand, with the commit that measured it: see `described`."""
     measured: Mapping[str, Measured]
 
     def require_same(self, now: Mapping[str, str]) -> None:
-        """See that a hand, by the fields of `SAME`, is the baseline's.
+        """Raise unless a hand matches the baseline's in the fields of `SAME`.
 
         Raises:
             UnusableFileError: it is of another; the message says in what.
@@ -53,17 +53,17 @@ class Baseline:
 
     @property
     def source(self) -> str:
-        """What a comparison with it says of where the expectation comes from."""
+        """Source of the expectation in a comparison with this baseline."""
         return f"baseline {self.where}, commit {self.hand.get('commit') or 'not known'}"
 
 
 def described(header: Header) -> dict[str, str]:
-    """Return which hand a header is of, and the commit that measured it."""
+    """Return the identity of a header's hand, and the commit that measured it."""
     return {name: str(getattr(header, name)) for name in (*SAME, "commit")}
 
 
 def store(results: Path, baseline: Path, *, even_so: bool = False) -> None:
-    """Copy the figures and recordings of a run of `aero-hil validate` into a folder.
+    """Copy the figures and recordings of a run of `aero-hil validate` into a new folder.
 
     Args:
         results: folder of the run.
@@ -98,7 +98,7 @@ def store(results: Path, baseline: Path, *, even_so: bool = False) -> None:
 
 
 def load(baseline: Path) -> Baseline:
-    """Return a hand's earlier figures.
+    """Return the earlier figures of a hand.
 
     Raises:
         UnusableFileError: the folder is no baseline, is damaged, or does not say which hand it is of.
@@ -130,7 +130,7 @@ def _checks(folder: Path) -> Mapping[str, Any]:
 
 
 def _is_figure(metric: str, value: object) -> bool:
-    """Return whether a metric has a value; one that could not be measured is kept as null."""
+    """Return whether a metric has a value; null marks an unmeasurable one."""
     if not (value is None or isinstance(value, (int, float, str))) or isinstance(value, bool):
         raise TypeError(f"{metric} is {value!r}, not a number")
     if isinstance(value, (int, float)) and not math.isfinite(value):
@@ -139,10 +139,10 @@ def _is_figure(metric: str, value: object) -> bool:
 
 
 def regressions(before: Baseline, now: Mapping[str, Measured]) -> tuple[Finding, ...]:
-    """Compare with a baseline whatever both measured.
+    """Compare a run with a baseline, metric by metric where both have a value.
 
-    What the emulated hand repeats over seeds is far below what a metric may grow by; that leaves room for a day's
-    temperature on a real one.
+    Each allowance is far above the spread of the emulated hand over seeds, to cover a day's temperature changes of a
+    physical hand.
     """
     return tuple(
         _judge(metric, subject, (then, float(now[name][subject][metric.name])), before)

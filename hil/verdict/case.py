@@ -1,8 +1,8 @@
-"""A case: the suspects of a failed run, the steps since, and what they clear and convict.
+"""Case: the suspects of a failed run, and what each later step clears or convicts.
 
-The rules leave an ambiguity group (`suspects.py`). Each step clears failure modes, or shows some. The next step is the
-cheapest that tests a mode of the group, without a tool first. A part is convicted when a step has shown it and no
-other suspect of the group is left. No likelihood decides; minutes order the steps.
+The rules return an ambiguity group (`suspects.py`). Each step clears failure modes or shows some. The next step is the
+cheapest that tests a mode of the group, preferring steps without a tool. A part is convicted when a step has shown it
+and no other suspect of the group remains. No likelihoods are used; minutes order the steps.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from hil.verdict.steps import (
 )
 
 AGAIN = "again"
-"""Step that changes nothing."""
+"""Name of the step that reruns without any change."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A step at a place."""
+    """Proposed step, with its channels."""
 
     step: CaseStep
     at: Channel | None = None
@@ -41,77 +41,77 @@ class Proposal:
 
     @property
     def text(self) -> str:
-        """Instruction or question for the person."""
+        """Instruction or question shown to the user."""
         return self.step.text(self.at, self.beside)
 
 
 @dataclass(frozen=True)
 class Done:
-    """A step that was done."""
+    """Completed step."""
 
     proposal: Proposal
     outcome: StepOutcome
     note: str = ""
-    """Observation of the person."""
+    """Observation entered by the user."""
 
 
 class CaseState(Enum):
     """State of a case."""
 
     GOES_ON = auto()
-    """A step tells more."""
+    """A further step can separate the suspects."""
     CONVICTED = auto()
-    """A step has shown one part, and no other is left."""
+    """A step has shown one part, and no other suspect remains."""
     RESET = auto()
-    """A step has put state right that was left behind; nothing is broken."""
+    """A step has reset leftover state; nothing is broken."""
     NOT_SEEN_AGAIN = auto()
-    """The failure did not come again although nothing was changed."""
+    """The failure did not recur although nothing was changed."""
     OPEN = auto()
-    """No step tells the remaining suspects apart."""
+    """No step separates the remaining suspects."""
 
 
 @dataclass(frozen=True)
 class DiagnosisCase:
-    """Suspects of a failed run and the steps since; pure."""
+    """Suspects of a failed run and the steps since; immutable."""
 
     before: Failures
     """Failures of the run."""
     strong: frozenset[Suspect] = frozenset()
     weak: frozenset[Suspect] = frozenset()
     experiments: tuple[str, ...] = ()
-    """Experiments that show the failure, in the order in which they run."""
+    """Experiments that reproduce the failure, in run order."""
     ran: tuple[str, ...] = ()
-    """Experiments of the run, until it ended."""
+    """Experiments of the run until its end."""
     planned: tuple[str, ...] = ()
-    """Experiments that the run would have done: only when all of them pass is the failure gone."""
+    """Planned experiments of the run; the failure counts as gone only after all of them pass."""
     done: tuple[Done, ...] = ()
 
     @property
     def group(self) -> tuple[Candidate, ...]:
-        """The ambiguity group after all steps: strong candidates that are left, else weak ones."""
+        """Ambiguity group after all steps: remaining strong candidates, else remaining weak ones."""
         return self._left(self.strong) or self._left(self.weak)
 
     @property
     def remaining(self) -> tuple[Suspect, ...]:
-        """The suspects of the group, in the order of parts and channels."""
+        """Suspects of the group, ordered by part and channel."""
         found = {Suspect(mode.part, channel) for mode, channel in self.group}
         return tuple(sorted(found, key=_order))
 
     @property
     def shown(self) -> tuple[FailureMode, ...]:
-        """The modes of the group that a step has shown."""
+        """Failure modes of the group that a step has shown."""
         found = (mode for mode, channel in self.group if self._is_shown((mode, channel)))
         return tuple(dict.fromkeys(found))
 
     @property
     def convicted(self) -> Suspect | None:
-        """The part that a step has shown, if no other suspect is left."""
+        """Part that a step has shown, if it is the only remaining suspect."""
         alone = self.remaining[0] if len(self.remaining) == 1 else None
         return alone if alone is not None and self.shown else None
 
     @property
     def told(self) -> tuple[Suspect, ...]:
-        """The convicted part, or those whose state was reset; empty otherwise."""
+        """Convicted part, or the suspects whose state was reset; otherwise empty."""
         if self.state is CaseState.RESET:
             return self.remaining
         return () if self.convicted is None else (self.convicted,)
@@ -123,7 +123,7 @@ class DiagnosisCase:
 
     @property
     def state(self) -> CaseState:
-        """How the case stands."""
+        """Current state of the case."""
         modes = [mode for mode, _ in self.group]
         if self.gone and modes and all(mode.reset for mode in modes):
             return CaseState.RESET
@@ -136,15 +136,15 @@ class DiagnosisCase:
 
     @property
     def next_step(self) -> Proposal | None:
-        """The next step; None once the case is closed."""
+        """Next step, or None once the case is closed."""
         return self._next if self.state is CaseState.GOES_ON else None
 
     def after(self, proposal: Proposal, outcome: StepOutcome, note: str = "") -> DiagnosisCase:
-        """Return the case with one more step done."""
+        """Return the case after one more step."""
         return replace(self, done=(*self.done, Done(proposal, outcome, note)))
 
     def failed_in(self, experiments: Collection[str]) -> Failures:
-        """Return the failures of some experiments and of the run as a whole."""
+        """Return the failures within some experiments and within the run as a whole."""
         return self.before.within({*experiments, ALIKE.name, WHOLE_RUN.name, DRIVER.name, RUN})
 
     def _left(self, suspects: frozenset[Suspect]) -> tuple[Candidate, ...]:
@@ -168,12 +168,12 @@ class DiagnosisCase:
 
     @property
     def _may_be_chance(self) -> bool:
-        """Whether the failure may have happened once: it must fail again before a step can mend it."""
+        """Whether the failure may be a single chance event, so that it must recur before any repair step."""
         pieces = self.before.pieces
         return len(pieces) == 1 or any(piece.kind in BY_CHANCE for piece in pieces)
 
     def _useful(self) -> list[Proposal]:
-        """Return the steps that are not done and test a candidate of the group."""
+        """Return the open steps that test a candidate of the group."""
         tried = {(one.proposal.step.name, one.proposal.at) for one in self.done}
         group = self.group
         failing = frozenset(channel for _, channel in candidates(self.strong) if channel is not None)
@@ -194,9 +194,9 @@ def _order(suspect: Suspect) -> tuple[int, int]:
 
 
 def experiments_that_failed(failures: Failures, ran: Sequence[str]) -> tuple[str, ...]:
-    """Return the quickest experiments that together show all the evidence of a run; all of them where a run ended.
+    """Return the quickest experiments that together show all evidence; all experiments if the run was aborted.
 
-    Bytes are lost by chance, and a run ends where it does by chance: less of it might pass on the same hand.
+    Lost bytes and aborts are chance events: a shorter rerun might pass on a hand that still has the fault.
     """
     if {experiment for experiment, _, _ in failures.off} & {RUN, WHOLE_RUN.name, DRIVER.name}:
         return tuple(ran)
@@ -210,10 +210,10 @@ def experiments_that_failed(failures: Failures, ran: Sequence[str]) -> tuple[str
 
 
 def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOutcome | None:
-    """Return the outcome of a step, from what the same experiments found before and after it.
+    """Return the outcome of a step from the failures of the same experiments before and after; None if too few reran.
 
-    Gone is a failure of which no piece fails again; it stays when the strongest piece fails again, or any that comes by
-    chance. Anything between is known in part, and says nothing. None if too little was measured again.
+    GONE: no piece of evidence recurs. STAYS: the strongest piece or any chance event recurs. Anything between is
+    PARTLY, which clears and shows no mode.
     """
     at, beside, strongest = proposal.at, proposal.beside, before.strongest
     again = before.pieces & after.pieces
@@ -221,14 +221,14 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     if StepOutcome.MOVED in proposal.step.outcomes and at is not None and beside is not None:
         kinds = before.kinds(at.label)
         arrived = {piece for piece in after.pieces - before.pieces if piece.subject == beside.label}
-        # It must have left: noise on the bus that wanders over the channels convicts no servo.
+        # The evidence must also leave its first channel: bus noise that wanders between channels convicts no servo.
         left = all(piece.subject != at.label for piece in again)
         if left and arrived and (ended or any(piece.kind in kinds for piece in arrived)):
             return StepOutcome.MOVED
     if ended or strongest in again or any(piece.kind in BY_CHANCE for piece in again):
         return StepOutcome.STAYS
     if strongest is not None and (strongest.subject, strongest.kind) not in after.measured:
-        # A run that ends at its first gate measures little of what failed, and may fail worse.
+        # A run stopped at its first gate measures few of the failed readings, and may be worse.
         return StepOutcome.STAYS if after.off else None
     subjects = {piece.subject for piece in before.pieces} & LABELS.keys()
     changed = any(piece.subject in subjects for piece in after.pieces)

@@ -1,4 +1,4 @@
-"""A case as a file, `case.json` in the folder of the run that opened it, so that it can be put down and taken up."""
+"""Case file, `case.json` in the folder of the run that opened the case, to interrupt and resume a diagnosis."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ CASE = "case.json"
 
 @dataclass(frozen=True)
 class HandOfCase:
-    """The hand that a case is about."""
+    """Hand that a case is about."""
 
     firmware: str
     side: str
     hand_id: str = ""
-    """Name of `hands.toml`, or serial number; empty where neither is known."""
+    """Name in `hands.toml`, or serial number; empty if both are unknown."""
     serial_number: str = ""
-    """Of its USB port; empty where there is none."""
+    """Serial number of the USB port; empty without a USB port."""
     unit: str = PHYSICAL
     """Unit of an emulated hand."""
     seed: int = 0
     faults: str = ""
-    """Of an emulated hand, as `hil.faults.parse_fault` reads them, with blanks between."""
+    """Faults of an emulated hand in the format of `hil.faults.parse_fault`, separated by blanks."""
 
     @classmethod
     def of(cls, header: Header) -> Self:
@@ -50,7 +50,7 @@ class HandOfCase:
         )
 
     def require_same(self, said: Mapping[str, str]) -> None:
-        """See that a hand is this one, by what is said of it: fields of this class, those that are known.
+        """Raise unless the known fields `said` of a hand match this hand.
 
         A serial number decides over a name.
 
@@ -75,12 +75,12 @@ HAND = tuple(one.name for one in fields(HandOfCase) if one.name != "seed")
 
 @dataclass(frozen=True)
 class StoredCase:
-    """What the file of a case holds."""
+    """Content of a case file."""
 
     case: DiagnosisCase
     hand: HandOfCase
     answers: Mapping[str, str] = field(default_factory=dict)
-    """Answers to the questions of the present step, by question, that no run has followed yet."""
+    """Answers to the questions of the current step, by question, given before its rerun."""
 
 
 def write_case(folder: Path, stored: StoredCase) -> None:
@@ -108,7 +108,7 @@ def read_case(folder: Path) -> StoredCase:
 
 
 def table_of(stored: StoredCase) -> dict[str, Any]:
-    """Return a case as tables."""
+    """Return a case as JSON-compatible tables."""
     case = stored.case
     return {
         **asdict(stored.hand),
@@ -133,7 +133,7 @@ def table_of(stored: StoredCase) -> dict[str, Any]:
 
 
 def case_of(table: Any) -> StoredCase:
-    """Make a case of tables.
+    """Return the case of JSON-compatible tables.
 
     Raises:
         ValueError, KeyError, TypeError, AttributeError: a table is not as `table_of` makes it.

@@ -1,4 +1,4 @@
-"""A case in words: what is suspected, why a step comes next, what came of each, and how the case ends."""
+"""Texts of a case: suspects, reasons for a step, outcomes, conclusion."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from hil.verdict.steps import StepOutcome
 
 
 def asked(proposal: Proposal) -> str:
-    """Return what a person is asked to do, with its minutes and its tool."""
+    """Return the instruction of a step, with its minutes and tool."""
     tool = f", with {proposal.step.tool}" if proposal.step.tool else ""
     minutes = f"{proposal.step.minutes:g} minute{'s' if proposal.step.minutes != 1 else ''}"
     return f"{proposal.text} ({minutes}{tool})"
 
 
 def why(case: DiagnosisCase, proposal: Proposal) -> str:
-    """Return the reason for a step: the suspects, and what its outcomes would show."""
+    """Return the reason for a step: the suspects, and the part that each outcome would show."""
     step, told = proposal.step, []
     for outcome in step.outcomes:
-        # That something was taken away makes the same part surer.
+        # FREED shows the part that GONE shows, with more certainty.
         if outcome is StepOutcome.FREED or outcome not in step.convicts:
             continue
         shown = {
@@ -34,13 +34,13 @@ def why(case: DiagnosisCase, proposal: Proposal) -> str:
 
 
 def outcome_text(done: Done) -> str:
-    """Return a step that was done, with its outcome."""
+    """Return a completed step with its outcome."""
     note, said = f" ({done.note})" if done.note else "", done.outcome.value
     return f"{done.proposal.text} {said[0].upper()}{said[1:]}{note}."
 
 
 def conclusion(case: DiagnosisCase) -> str:
-    """Return how a case stands, with the action that follows."""
+    """Return the state of a case, with the recommended action."""
     state, remaining = case.state, listed(map(str, case.remaining)) if case.remaining else ""
     action = " ".join(mode.action for mode in case.shown)
     if state is CaseState.RESET:
@@ -57,7 +57,7 @@ def conclusion(case: DiagnosisCase) -> str:
 
 
 def _now_at(case: DiagnosisCase, found: Suspect) -> str:
-    """Return where an exchanged servo is now: a person would replace the good one in its place."""
+    """Return the present position of an exchanged servo, so that the user does not replace the good one."""
     where = found.channel
     for one in (done.proposal for done in case.done if StepOutcome.MOVED in done.proposal.step.outcomes):
         where = {one.at: one.beside, one.beside: one.at}.get(where, where)

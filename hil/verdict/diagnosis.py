@@ -1,4 +1,4 @@
-"""What is said of a run that failed: what is suspected, the evidence for it, and the step that says most."""
+"""Diagnosis of a failed run: suspects, evidence and the most informative next step."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from hil.verdict.parts import Suspect, listed, place
 
 @dataclass(frozen=True)
 class NextStep:
-    """One thing to do."""
+    """Next action for the user."""
 
     do: str
     command: str = ""
-    """As a shell takes it; empty for one without."""
+    """Shell command; empty if the action has none."""
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What the failed findings of a run say together. None of its suspects is convicted: that takes a step."""
+    """Joint diagnosis of a run's failed findings; only a step can convict a suspect."""
 
     suspects: tuple[Suspect, ...] = ()
-    """The ambiguity group; empty if nothing failed, or nothing that tells about a part."""
+    """Ambiguity group; empty if no failure points to a part."""
     clues: tuple[str, ...] = ()
     """Observations behind the suspects, sentences without a full stop."""
     evidence: tuple[Finding, ...] = ()
@@ -36,25 +36,25 @@ class Diagnosis:
     unexplained: tuple[Finding, ...] = ()
     """The other failed findings."""
     case: DiagnosisCase | None = None
-    """The case that the run opens; None where nothing tells about a part."""
+    """Case opened by the run, or None if no failure points to a part."""
     step: NextStep | None = None
-    """The next step of the case, or another action; None when nothing failed."""
+    """Next step of the case, or another action; None if nothing failed."""
     observations: tuple[str, ...] = ()
-    """What the curves of the suspected channels show besides, sentences without a full stop; none names a cause."""
+    """Further observations on the curves of suspected channels, without causes; sentences without a full stop."""
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """The channels of the suspects."""
+        """Channels of the suspects."""
         return tuple(dict.fromkeys(s.channel for s in self.suspects if s.channel is not None))
 
     @property
     def place(self) -> str:
-        """Where something is wrong, for a heading; empty where nothing tells."""
+        """Location of the failure for a heading; empty if unknown."""
         return place(self.suspects)
 
     @property
     def sentence(self) -> str:
-        """What was observed and what is suspected, for people."""
+        """Sentence with the observations and suspects, for the user."""
         if not self.clues:
             return ""
         seen = "; ".join(self.clues)
@@ -62,17 +62,17 @@ class Diagnosis:
 
 
 NOTHING = Diagnosis()
-"""Of a run in which nothing is wrong."""
+"""Diagnosis of a run without failures."""
 
 
 def command_again(header: Header) -> str:
-    """Return the command that made a recording, without the path of its program; empty where a program made it."""
+    """Return the recorded shell command without the program's path; empty if no shell command made the recording."""
     program, _, rest = header.command.partition(" ")
     return f"{Path(program).name} {rest}" if header.command else ""
 
 
 def command_of_case(header: Header | None, folder: Path | None) -> str:
-    """Return the command that takes a failed run up; of recordings whose hand is not known there is none.
+    """Return the command that continues the diagnosis of a failed run; empty if the hand is unknown.
 
     Args:
         header: of a recording of the run.
@@ -80,6 +80,6 @@ def command_of_case(header: Header | None, folder: Path | None) -> str:
     """
     if header is None:
         return ""
-    # An emulated hand is made anew, with the faults of the case.
+    # an emulated hand is recreated with the faults of the case
     hand = [] if header.target in IN_SOFTWARE else ["--hil", header.target]
     return shlex.join(["aero-hil", "diagnose", *([] if folder is None else [str(folder)]), *hand])

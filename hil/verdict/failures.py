@@ -1,4 +1,4 @@
-"""Failed readings of a run, and the evidence in them: the input of every rule of the diagnosis."""
+"""Failed readings of a run and their evidence: the input of every rule of the diagnosis."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hil.verdict.limits import BEYOND_GIVEN, Key, Limit, excesses, out_of_limits
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 
 RUN = "run"
-"""Stands for an experiment in the failure of a run that the hand ended."""
+"""Substitute for an experiment's name in the failure of a run that the hand ended."""
 HANDS_FAULT = {EndKind.STOPPED, EndKind.LINK, EndKind.FIRMWARE}
 LABELS = {channel.label: channel for channel in Channel}
 STOPS = {
@@ -30,10 +30,10 @@ STOPS = {
     SafetyReason.SILENT: EvidenceKind.BYTES,
     SafetyReason.LINK_LOST: EvidenceKind.BYTES,
 }
-"""Evidence of a guard stop, on the channel that the guard names; other stops are of the program."""
+"""Evidence of a guard stop, on the channel that the guard names; other stop reasons concern the program."""
 ENDED = "ended"
 BY_CHANCE = {EvidenceKind.BYTES, EvidenceKind.TEXT, EvidenceKind.STALL, EvidenceKind.RESTART}
-"""Evidence of an event, which a second run of the same hand may miss."""
+"""Evidence of chance events, which a second run of the same hand may miss."""
 KINDS: Mapping[tuple[str, str], EvidenceKind] = (
     {
         (measuring.name, metric.name): metric.evidence
@@ -47,7 +47,7 @@ KINDS: Mapping[tuple[str, str], EvidenceKind] = (
 
 
 class Piece(NamedTuple):
-    """One piece of evidence: however many readings of one kind fail on one side, they are one."""
+    """Piece of evidence: all failed readings of one kind and sign on one subject."""
 
     subject: str
     kind: EvidenceKind
@@ -59,13 +59,13 @@ class Failures:
     """Readings out of limits, by experiment, metric and subject."""
 
     off: Mapping[Key, float] = field(default_factory=dict)
-    """Excess (`Limit.excess`), beyond 1 or below -1."""
+    """Excess of each failed reading (`Limit.excess`), above 1 or below -1."""
     known: frozenset[Key] = frozenset()
-    """Readings that were measured and judged, those within limits among them."""
+    """Readings that were measured and judged, passed ones included."""
 
     @classmethod
     def of(cls, numbers: Mapping[str, Measured], limits: Collection[Limit], end: RunEnd = FINISHED) -> Failures:
-        """Return the failures of a run: its readings, one that is not measurable aside, and what ended it."""
+        """Return the failures of a run: readings out of limits (unmeasurable ones excluded) and a fault-like end."""
         found = excesses(numbers, limits)
         known = {key: excess for key, excess in found.items() if excess is not None}
         off = {key: excess for key, excess in known.items() if out_of_limits(excess)}
@@ -76,19 +76,19 @@ class Failures:
 
     @property
     def pieces(self) -> frozenset[Piece]:
-        """The evidence of the failures."""
+        """Evidence of the failures."""
         return frozenset(map(self._piece, self.off))
 
     @property
     def strongest(self) -> Piece | None:
-        """The end of the run, else the piece of the reading furthest beyond its limit; None if nothing failed."""
+        """Piece for the end of the run, else for the largest excess; None if nothing failed."""
         if not self.off:
             return None
         return self._piece(max(self.off, key=lambda key: (key[0] == RUN, abs(self.off[key]))))
 
     @property
     def measured(self) -> frozenset[tuple[str, EvidenceKind]]:
-        """Subjects and kinds of which a reading was measured and judged, or ended the run."""
+        """Subjects and kinds with a judged reading, or with the end of the run."""
         return frozenset((key[2], KINDS[key[:2]]) for key in (*self.known, *self.off))
 
     def kinds(self, subject: str) -> frozenset[EvidenceKind]:
@@ -97,16 +97,16 @@ class Failures:
 
     @property
     def by_fault(self) -> Failures:
-        """The failures without temperatures that follow work.
+        """Failures without the temperatures that follow another digit's failure.
 
-        Beside a digit that fails otherwise, servos that work more or less than usual are warmer or colder.
+        Beside a failing digit, other servos work more or less than usual and become warmer or colder.
         """
         worked = any(self.kinds(one.label) - {EvidenceKind.OWN_SENSOR} for one in Channel)
         idle = {one.label for one in Channel if self.kinds(one.label) == {EvidenceKind.OWN_SENSOR}}
         return replace(self, off={key: x for key, x in self.off.items() if key[2] not in idle}) if worked else self
 
     def within(self, experiments: Collection[str]) -> Failures:
-        """Return the failures of some experiments."""
+        """Return the failures within some experiments."""
         return replace(self, off={key: excess for key, excess in self.off.items() if key[0] in experiments})
 
     def _piece(self, key: Key) -> Piece:

@@ -1,4 +1,4 @@
-"""A finding, one reading compared with its limit in words a builder of the hand can act on; and what was not judged."""
+"""Findings (one reading each, compared with its limit) and readings that were not judged."""
 
 from __future__ import annotations
 
@@ -11,97 +11,99 @@ from hil.checks.shared.subjects import subject_words
 
 @dataclass(frozen=True)
 class Finding:
-    """One check of one subject."""
+    """Result of one check of one subject."""
 
     check: str
-    """What was checked, a stable name such as `tracking_rms`."""
+    """Stable name of the metric, such as `tracking_rms`."""
     subject: str
-    """What it was checked on: a channel's label, or `hand`."""
+    """Label of a channel, or `hand`."""
     passed: bool
     measured: str
-    """What was measured, as people read it, with unit."""
+    """Measured value as text, with unit."""
     expected: str
-    """What it should be, for example `at most 0.9 mm`."""
+    """Allowed range as text, for example `at most 0.9 mm`."""
     source: str
-    """Where the expectation comes from."""
+    """Origin of the expectation."""
     meaning: str = ""
-    """How the run ended, in words; empty for a reading, which names no cause."""
+    """Explanation of how the run ended; empty for a reading."""
     remedy: str = ""
-    """Action after that ending; empty for a reading."""
+    """Action after such an ending; empty for a reading."""
     words: str = ""
-    """What was checked, for people; the check's name with blanks when empty."""
+    """Display name; if empty, the check's name with blanks."""
     experiment: str = ""
-    """The check's folder; empty for what is about the run."""
+    """Folder of the check; empty for a finding about the run."""
     excess: float | None = 0.0
-    """How far it lies beyond healthy readings, see `Limit.excess`: beyond 1 it fails, negative is too low. None when it
-    could not be measured: it did not pass, and says nothing about any part."""
+    """Excess beyond healthy readings (`Limit.excess`): fails above 1, negative if too low.
+
+    None marks an unmeasurable reading, which fails and is evidence of no part.
+    """
 
     @property
     def name(self) -> str:
-        """What was checked, for people."""
+        """Display name of the check."""
         return self.words or self.check.replace("_", " ")
 
     @property
     def sentence(self) -> str:
-        """The finding in one sentence."""
+        """Finding as one sentence."""
         where = subject_words(self.subject)
         return f"{where[0].upper()}{where[1:]}: {self.name} is {self.measured}, should be {self.expected}"
 
 
 class Why(Enum):
-    """Why a reading was not judged; the values are for people, inside a sentence."""
+    """Reason why a reading was not judged; values are phrases for sentences."""
 
     HELD_UP = "this computer was held up"
     LATE_THROUGHOUT = "this computer or its link was late throughout"
     LATE_SAMPLES = "too many readings came late"
-    """On virtual time, where no computer is late: the link's replies were."""
+    """Late samples in virtual time, where the link's replies are late, not the computer."""
     NO_BYTES = "the recording holds no bytes of the link"
     NO_LIMIT = "there is no limit for it"
     NO_MOTION = "its channel does not move"
 
 
 class MissingReadingError(Exception):
-    """A check did not return a reading that it declares, and nothing excuses it: a defect of the check."""
+    """A check returned no value for a declared metric, without an excuse. Always a bug in the check."""
 
 
 @dataclass(frozen=True)
 class Withheld:
-    """A reading that was not judged, and why."""
+    """Reading that was not judged, with its reason."""
 
     experiment: str
     metric: str
     subject: str
     words: str
-    """Name of the metric for people."""
+    """Display name of the metric."""
     why: Why
     held_up_s: float = 0.0
-    """How long this computer was held up meanwhile, s; 0 for any cause but `Why.HELD_UP`."""
+    """Scheduling delay of this computer, s; 0 unless the reason is `Why.HELD_UP`."""
 
     @property
     def reason(self) -> str:
-        """Why, inside a sentence."""
+        """Reason as a phrase for sentences."""
         return self.why.value + (f" for {1e3 * self.held_up_s:.0f} ms" if self.why is Why.HELD_UP else "")
 
     @property
     def sentence(self) -> str:
-        """The same in one sentence."""
+        """Withheld reading as one sentence."""
         where = subject_words(self.subject)
         return f"{where[0].upper()}{where[1:]}: {self.words} was not judged: {self.reason}"
 
 
 @dataclass(frozen=True)
 class Tally:
-    """How many checks of a run passed, failed, could not be measured, and were not judged: the one count shown."""
+    """Counts of a run's checks: passed, failed, unmeasured, withheld."""
 
     passed: int
     failed: int
     withheld: int
     unmeasured: int = 0
-    """Checks whose reading the hand did not let be measured: neither passed nor failed."""
+    """Number of checks with an unmeasurable reading; neither passed nor failed."""
 
     @property
     def words(self) -> str:
-        """The count in one sentence without a full stop."""
+        """Counts as one sentence without a full stop."""
         asked = self.passed + self.failed + self.unmeasured
         if self.failed:
             words = f"{self.failed} of {asked} checks failed"
@@ -112,5 +114,5 @@ class Tally:
 
 
 def failed(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Return those that did not pass, those that could not be measured among them."""
+    """Return the findings that did not pass, unmeasurable ones included."""
     return tuple(finding for finding in findings if not finding.passed)

@@ -1,8 +1,7 @@
-"""Whether a run reads as a healthy hand that runs another firmware than was named.
+"""Detection of a healthy hand whose board runs another firmware than the named one.
 
-No board tells its version. But each version has limits of its own, from healthy hands that ran it. A hand whose
-readings are off by the limits of the version that was named, and all within those of another, is a healthy hand with
-that other one.
+No board reports its version, but each version has limits from healthy hands. A hand with readings out of limits for the
+named version and all within limits for another is a healthy hand with the other version.
 """
 
 from __future__ import annotations
@@ -20,26 +19,29 @@ OF_THE_MAP = {
     ("staircase", "matched_steps"),
     ("staircase", "spring"),
 }
-"""Readings that the map of the named version makes; they say nothing of another."""
+"""Readings that depend on the named version's map and so cannot identify another version."""
 OF_THE_TORQUE = {("excursion", "stop_current")}
-"""Readings that the torque decides, which is set as the named version has it."""
+"""Readings that depend on the torque limit, which is set to the named version's."""
 OF_THE_TEXT = {"session", "presence"}
-"""Experiments that ask nothing that versions do differently but limits and boot text, which have their own findings."""
+"""Experiments independent of the version except for limits and boot text, which have their own findings."""
 TELLING = {("coupling", "stop_without_abduction"), ("excursion", "closed_percent"), ("response", "telemetry_period")}
-"""Readings that differ by more than healthy hands do: the palm stops CMC flexion at 54 to 61 % of the windows of 0.2.0,
-at 47 to 50 % of those before; telemetry comes every 20 ms from `pre`, every 10 ms from the others."""
+"""Readings that differ more between versions than between healthy hands.
+
+The palm stops CMC flexion at 54 to 61 % of the windows of 0.2.0, at 47 to 50 % of earlier ones. The telemetry period is
+20 ms for `pre`, 10 ms for the others.
+"""
 LEAST = 2
-"""Readings that must be off by the named version; one alone could be any fault's."""
+"""Number of readings that must be out of the named version's limits; a single one could be any fault's."""
 
 
 def limits_of_others(named: str, *, guarded: bool) -> dict[str, tuple[Limit, ...]]:
-    """Return, by the oldest version of each other group that moves alike, the limits of its hands."""
+    """Return the limits of each other version group, by the oldest version of the group."""
     others = [group[0] for group in VERSION_GROUPS if named not in group]
     return {version: load_limits(version, guarded=guarded) for version in others}
 
 
 def reads_as(numbers: Mapping[str, Measured], named: str, *, guarded: bool) -> str:
-    """Return how another version than the named one explains a run, for people; empty where none does."""
+    """Return a sentence naming the firmware version that explains the run, or "" if none does."""
     off = excesses(numbers, load_limits(named, guarded=guarded))
     found = other_versions(numbers, off, named, limits_of_others(named, guarded=guarded))
     return f"it reads as firmware {listed(map(versions_alike, found))}, or as a board not homed" if found else ""
@@ -53,7 +55,7 @@ def other_versions(
 
 
 def versions_alike(version: str) -> str:
-    """Return the versions that move as this one, in words."""
+    """Return the group of versions that move like this one, as text."""
     first, *rest = next(group for group in VERSION_GROUPS if version in group)
     return f"{first} or {rest[-1]}" if len(rest) == 1 else f"{first} to {rest[-1]}" if rest else first
 

@@ -1,4 +1,4 @@
-"""The judge of one hand: it measures recordings, compares them with the hand's limits, and says what failures mean."""
+"""Judge of one hand: measures recordings, applies the hand's limits, and diagnoses failures."""
 
 from __future__ import annotations
 
@@ -34,40 +34,42 @@ from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
 from hil.verdict.suspects import Isolation, RunSigns, isolate
 
 BAD_S = 0.05
-"""Scheduling delay of this computer from which a stretch counts as busy, s."""
+"""Threshold of this computer's scheduling delay, s; above it a stretch counts as busy."""
 BUSY_STRETCHES = 3
-"""Number of busy stretches, or of experiments in which the program was late throughout, from which a run has no
-verdict; a stretch is one channel or the hand in one experiment."""
+"""Threshold of the number of busy stretches, or of experiments that were late throughout; from it there is no verdict.
+
+A stretch is one channel, or the hand, in one experiment.
+"""
 
 
 SEE_PLOTS = "See the readings and plots of the report, then validate again."
 LOOK_CLOSER = "Switch the supply off, compare the digit's cable and springs with its neighbour's, then look again."
 ON_VIRTUAL_TIME = "emulated"
-"""Target of a hand in this process, whose clock waits for this program."""
+"""Target name of a hand in this process, whose virtual clock waits for the program."""
 IN_STEP_S = 0.002
-"""Time beyond the planned one by which the next reading comes at most when nothing is late, s."""
+"""Tolerance of the sample period, s; above it a sample counts as late."""
 
 
 class Judge:
-    """Judges runs of hands with one firmware, guarded or not."""
+    """Judge for hands with one firmware, guarded or not."""
 
     def __init__(self, firmware: str, *, guarded: bool) -> None:
-        """Load the limits of such hands."""
+        """Load the limits of hands with this firmware and guard state."""
         self._firmware, self._guarded = firmware, guarded
         self.limits: tuple[Limit, ...] = load_limits(firmware, guarded=guarded)
 
     @classmethod
     def of_target(cls, target: Target) -> Judge:
-        """Return the judge of a hand that is open."""
+        """Return the judge of an open hand."""
         return cls(target.firmware, guarded=target.guard is not None)
 
     @classmethod
     def of_recording(cls, header: Header) -> Judge:
-        """Return the judge of the hand of a recording."""
+        """Return the judge of a recording's hand."""
         return cls(header.firmware, guarded=bool(header.safety))
 
     def experiment(self, experiment: Experiment, recording: Recording) -> Result:
-        """Measure and judge one experiment; a hand that moved in no way that can be measured fails."""
+        """Measure and judge one experiment; a recording that cannot be measured fails."""
         try:
             measured = experiment.measure(recording)
         except CannotBeMeasuredError as error:
@@ -75,14 +77,14 @@ class Judge:
         return self._compared(experiment, recording, measured)
 
     def link(self, session: Recording) -> Result:
-        """Judge what the bytes of a whole session say about the link."""
+        """Judge the link by the bytes of a whole session."""
         judged = self._compared(WHOLE_RUN, session, WHOLE_RUN.measure(session))
         return judged if session.wire else _without_bytes(judged)
 
     def driver(self, run: Validation) -> Result | None:
-        """Judge what the bytes of all experiments and between them say about driver and map, None where none began.
+        """Judge driver and map by the bytes of all experiments and between them; None if no experiment began.
 
-        The guard stops many a hand for its driver's mistake, so what was cut short counts too.
+        Aborted experiments count too, because the guard stops many hands for a driver's mistake.
         """
         cut = () if run.end.kind in SAYS_NOTHING else run.end.cut
         recordings = [*(result.recording for result in run.results.values()), *cut]
@@ -94,21 +96,21 @@ class Judge:
         return judged if all(recording.wire for recording in every) else _without_bytes(judged)
 
     def alike(self, results: Mapping[str, Result]) -> Result | None:
-        """Judge the channels of one hand beside each other, None where nothing was measured that compares them."""
+        """Judge the channels of one hand against each other; None if no reading compares them."""
         measured = ALIKE.measure({name: result.measured for name, result in results.items()})
         if not any(measured.values()):
             return None
         return self._compared(ALIKE, list(results.values())[-1].recording, measured)
 
     def _compared(self, measuring: Measuring, recording: Recording, measured: Measured) -> Result:
-        # The bytes of a run, and what compares its experiments, are no samples that a busy computer takes late.
+        # lateness of this computer does not affect bytes or comparisons between experiments
         late = _lateness(measuring, recording) if isinstance(measuring, Experiment) else _never_late
         late_samples = _late_samples(measuring, recording) if isinstance(measuring, Experiment) else None
         findings, withheld = compare(measuring, measured, self.limits, late, late_samples)
         return Result(recording, measured, findings, (*withheld, *self._without_limit(measuring, measured)))
 
     def _without_limit(self, measuring: Measuring, measured: Measured) -> Iterator[Withheld]:
-        """Yield the readings that are to be judged and for which no limit of this hand is known."""
+        """Yield the readings that should be judged but have no limit for this hand."""
         own = [limit for limit in self.limits if limit.experiment == measuring.name]
         known = {(limit.metric, subject) for limit in own for subject in limit.subjects}
         for metric in measuring.metrics:
@@ -118,7 +120,7 @@ class Judge:
                     yield Withheld(measuring.name, metric.name, subject, metric.words, Why.NO_LIMIT)
 
     def judged(self, run: Validation, folder: Path | None = None) -> Validation:
-        """Return a run whose experiments and session are judged, with what concerns it as a whole.
+        """Return the run with judged experiments and session, and with the findings about the run as a whole.
 
         Args:
             run: the run.
@@ -129,9 +131,9 @@ class Judge:
         return run if run.passed else replace(run, diagnosis=self.diagnosis(run, folder))
 
     def diagnosis(self, run: Validation, folder: Path | None = None) -> Diagnosis:
-        """Return what the failures of a run leave suspected.
+        """Return the diagnosis of a run's failures.
 
-        Nothing is known where a person or the guard's refusal ended it.
+        After an interruption or a refusal of the guard, there are no suspects.
         """
         failures = failed(run.findings)
         if run.end.kind in SAYS_NOTHING or run.end.kind is EndKind.NOT_PERMITTED:
@@ -144,7 +146,7 @@ class Judge:
             return Diagnosis(unexplained=failures, step=_action(run))
         signs = self.signs_of(run)
         found = isolate(signs)
-        # A stop before the first sample leaves no recording; what it ended shows the failure all the same.
+        # A stop before the first sample leaves no recording, but the stopped experiment still shows the failure.
         ended = (run.end.at,) if run.end.kind in HANDS_FAULT and run.end.at in EXPERIMENTS else ()
         ran = tuple(dict.fromkeys((*run.results, *(cut.header.experiment for cut in run.end.cut), *ended)))
         case = DiagnosisCase(
@@ -156,37 +158,37 @@ class Judge:
             run.planned or ran,
         )
         if not found.group:
-            # The end of the run explains itself.
+            # the end of the run explains itself
             return Diagnosis(unexplained=failures, step=_action(run))
         return _told(run, case, found, folder)
 
     def signs_of(self, run: Validation) -> RunSigns:
-        """Return what the rules read of a run; what was not judged is evidence of nothing."""
+        """Return the input of the rules, without withheld readings."""
         numbers = {name: without_withheld(measured, name, run.withheld) for name, measured in run.numbers.items()}
         return replace(self.signs(numbers, run.end), silent=_silent_at_start(run))
 
     def signs(self, numbers: Mapping[str, Measured], end: RunEnd) -> RunSigns:
-        """Return the input of the rules, from the readings of a run that are to be judged."""
+        """Return the input of the rules from the readings that are to be judged."""
         numbers = {name: measured for name, measured in numbers.items() if not _asks(name)}
         another = reads_as(numbers, self._firmware, guarded=self._guarded)
         return RunSigns(Failures.of(numbers, self.limits, end).by_fault, end, another)
 
 
 Late = Callable[[str, Metric], float]
-"""How long this computer was held up when a subject's reading was taken, s."""
+"""Scheduling delay, s, that affected a metric of a subject."""
 
 
 def _late_samples(measuring: Experiment, recording: Recording) -> Why | None:
-    """Return why samples of a recording may have come late; None where each came when it was due."""
+    """Return the reason why samples of a recording may be late, or None if all were on time."""
     if recording.header.target != ON_VIRTUAL_TIME or recording.delays:
         return Why.LATE_THROUGHOUT
-    # On virtual time nothing is late but what the link, or a plan of delays, made late.
+    # In virtual time only the link, or a plan of delays, makes samples late.
     late = np.diff(recording["codes"].times) > measuring.period_s + IN_STEP_S
     return Why.LATE_SAMPLES if late.any() else None
 
 
 def _without_bytes(judged: Result) -> Result:
-    """Return what the bytes say where some recording holds none: what failed stands, what passed is not known."""
+    """Return the judged bytes where some recording has none: failures stay, passes become unknown."""
     unknown = [
         Withheld(one.experiment, one.check, one.subject, one.name, Why.NO_BYTES)
         for one in judged.findings
@@ -200,7 +202,7 @@ def _never_late(_subject: str, _metric: Metric) -> float:
 
 
 def _lateness(measuring: Experiment, recording: Recording) -> Late:
-    """Return a function that says how long this computer was held up when a subject's reading was taken."""
+    """Return a function for the scheduling delay of this computer during a subject's metric, s."""
     stretches = held_up(recording, measuring.period_s)
     commands = recording.series.get("command", recording.series.get("command_codes"))
     steps = [] if commands is None else find_steps(commands.times, commands.values)
@@ -220,7 +222,7 @@ def _lateness(measuring: Experiment, recording: Recording) -> Late:
 
 
 def _busy(run: Validation) -> Validation:
-    """Return a run that ends for its computer where that was held up too often, and nothing else is wrong."""
+    """Return the run with a HOST_BUSY end if scheduling delays were too frequent and nothing else is wrong."""
     stretches = {(one.experiment, one.subject) for one in run.withheld if one.held_up_s > BAD_S}
     throughout = sorted(name for name, result in run.results.items() if part_late(result.recording) > THROUGHOUT)
     if not run.passed or max(len(stretches), len(throughout)) < BUSY_STRETCHES:
@@ -234,7 +236,7 @@ def _busy(run: Validation) -> Validation:
 
 
 def without_withheld(measured: Measured, experiment: str, withheld: Sequence[Withheld]) -> Measured:
-    """Return readings without those that were not judged, which are evidence of nothing."""
+    """Return the readings without the withheld ones."""
     left_out = {(one.subject, one.metric) for one in withheld if one.experiment == experiment}
     return {
         subject: {metric: value for metric, value in metrics.items() if (subject, metric) not in left_out}
@@ -247,7 +249,7 @@ def _asks(name: str) -> bool:
 
 
 def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path | None) -> Diagnosis:
-    """Return the diagnosis of a case: its suspects, with the clues and findings behind them."""
+    """Return the diagnosis of a case: its suspects, with their clues and findings."""
     bare = Diagnosis(case.remaining)
     explained = frozenset[str]().union(*(clue.explains for clue in found.clues))
 
@@ -275,26 +277,26 @@ def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path |
 
 
 def _silent_at_start(run: Validation) -> tuple[Channel, ...]:
-    """Return the channels whose servos did not answer the board when it started, by the boot text that was caught."""
+    """Return the channels whose servos were silent at startup, according to the recorded boot texts."""
     texts = [str(one.recording.header.parameters.get("boot_text", "")) for one in run.results.values()]
     return tuple(sorted({WIRE_ORDER[number] for text in texts for number in identify(text).silent}))
 
 
 def _action(run: Validation) -> NextStep:
-    """Return the action after a run whose failures suspect no part, or whose case has no step left."""
+    """Return the action after a run without suspects, or whose case has no step left."""
     end = run.end.finding
     return NextStep(SEE_PLOTS if end is None or not end.remedy else end.remedy)
 
 
 def _again(run: Validation) -> NextStep | None:
-    """Return the step after a run that says nothing about the hand."""
+    """Return the action after a run that is no evidence about the hand."""
     if run.end.finding is None or run.header is None:
         return None
     return NextStep(run.end.finding.remedy, command_again(run.header))
 
 
 def _answered(run: Validation, answers: Sequence[Finding]) -> Diagnosis:
-    """Return what a person's answers say, where no reading failed."""
+    """Return the diagnosis of the user's answers in a run without failed readings."""
     seen = tuple(channel for channel in Channel if any(finding.subject == channel.label for finding in answers))
     suspects = tuple(Suspect(Part.DIGIT, channel) for channel in seen)
     step = NextStep(LOOK_CLOSER, command_again(run.header) if run.header else "")

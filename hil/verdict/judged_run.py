@@ -1,4 +1,4 @@
-"""A judged run of experiments: what was recorded and measured, what was found, how it ended, and what that means."""
+"""Judged run of experiments: recordings, readings, findings, ending, diagnosis."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hil.verdict.run_end import RunEnd
 
 @dataclass(frozen=True)
 class Result:
-    """One experiment that ran to its end."""
+    """Judged experiment that ran to its end."""
 
     recording: Recording
     measured: Measured
@@ -25,62 +25,62 @@ class Result:
 
 @dataclass(frozen=True)
 class Validation:
-    """A judged run of experiments."""
+    """Judged run of experiments."""
 
     results: Mapping[str, Result]
-    """By experiment, in the order in which they ran."""
+    """Results by experiment, in run order."""
     end: RunEnd
     wall_seconds: float
     """Time from the start to the verdict, s."""
     regressions: tuple[Finding, ...] = ()
-    """Comparison with the hand's own baseline, when there is one."""
+    """Comparison with the hand's baseline, if there is one."""
     session: Recording | None = None
-    """Every byte since the hand was opened, for an exact replay; None when judged from files."""
+    """Recording of all bytes since opening, for an exact replay; None when judged from files."""
     whole_run: Result | None = None
-    """What the bytes of the session say about the link; None when judged without them."""
+    """Judged bytes of the session; None when judged without a session."""
     driver: Result | None = None
-    """What the bytes of the experiments say about driver and map; None where no experiment ended."""
+    """Judged bytes of driver and map; None if no experiment ended."""
     alike: Result | None = None
-    """What the readings of the channels say beside each other; None where nothing compares them."""
+    """Comparison of channels; None if no reading compares them."""
     diagnosis: Diagnosis = NOTHING
-    """Where something is wrong, and what; empty for a run without failures."""
+    """Diagnosis of the failures; empty without failures."""
     planned: tuple[str, ...] = ()
-    """Experiments that the run was to do; empty when judged from files."""
+    """Planned experiments; empty when judged from files."""
     left_out: tuple[str, ...] = ()
-    """Experiments that the guard permits no hand with this firmware; the verdict is on the others."""
+    """Experiments that the guard refuses with this firmware; the verdict excludes them."""
 
     @property
     def numbers(self) -> Mapping[str, Measured]:
-        """What was measured: by experiment that could be measured, and `session` and `driver`."""
+        """Readings by experiment, plus those of the whole run."""
         return {name: result.measured for name, result in self.judged.items() if result.measured}
 
     @property
     def judged(self) -> Mapping[str, Result]:
-        """Every experiment that ended; `session`, the whole run; `driver`, the bytes of all experiments."""
+        """Results by experiment, plus `session` (bytes of the run), `driver` and the comparison of channels."""
         whole = {WHOLE_RUN.name: self.whole_run, DRIVER.name: self.driver, ALIKE.name: self.alike}
         return {**self.results, **{name: result for name, result in whole.items() if result is not None}}
 
     def measured(self, name: str) -> Result | None:
-        """Return an experiment's result, None when it did not run or could not be measured."""
+        """Return an experiment's result, or None if it did not run or could not be measured."""
         result = self.results.get(name)
         return result if result is not None and result.measured else None
 
     @property
     def header(self) -> Header | None:
-        """The header of the first recording, None when nothing was recorded."""
+        """Header of the first recording, or None without any recording."""
         recordings = [*(result.recording for result in self.results.values()), *self.end.cut]
         recordings += [self.whole_run.recording] if self.whole_run else []
         return recordings[0].header if recordings else None
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Every finding, and the reason for stopping if there is one."""
+        """All findings, starting with the end of the run if it was cut short."""
         found = tuple(finding for result in self.judged.values() for finding in result.findings) + self.regressions
         return found if self.end.finding is None else (self.end.finding, *found)
 
     @property
     def tally(self) -> Tally:
-        """The number of checks; how the run ended is none."""
+        """Number of checks, without the finding about the end of the run."""
         checks = [finding for finding in self.findings if finding != self.end.finding]
         bad = failed(checks)
         unmeasured = sum(finding.excess is None for finding in bad)
@@ -88,17 +88,17 @@ class Validation:
 
     @property
     def withheld(self) -> tuple[Withheld, ...]:
-        """Every reading that was not judged."""
+        """All readings that were not judged."""
         return tuple(withheld for result in self.judged.values() for withheld in result.withheld)
 
     @property
     def answers(self) -> tuple[Finding, ...]:
-        """Findings that a person's answers make."""
+        """Findings from a person's answers."""
         return tuple(f for name, result in self.results.items() if EXPERIMENTS[name].asks for f in result.findings)
 
     @property
     def remark(self) -> str:
-        """What was left out and why, one sentence; empty when nothing was."""
+        """Sentence about the left-out experiments; empty if there are none."""
         if not self.left_out:
             return ""
         return (
@@ -113,7 +113,7 @@ class Validation:
 
     @property
     def judged_passed(self) -> bool:
-        """Whether every check of what was judged passed, whatever kept the rest from it."""
+        """Whether all judged checks passed, regardless of why the others were not run."""
         return not failed((*(f for result in self.judged.values() for f in result.findings), *self.regressions))
 
     @property

@@ -1,8 +1,8 @@
-"""Limits as data, and the one function that compares measured numbers with them.
+"""Limits as data, and the comparison of readings with limits.
 
-`hil/data/limits.csv` has a row for each metric of an experiment, the subjects whose readings are alike (channels, or
-`hand`) and the firmware; `hil/data/population.toml` says from which hands `aero-hil limits make` made it. A bound that
-is given stands with its check.
+`hil/data/limits.csv` has a row for each metric of an experiment, subjects with like readings (channels, or `hand`) and
+firmware; `hil/data/population.toml` names the hands that `aero-hil limits make` used. Fixed bounds are in the check's
+own `checks.toml`.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ COLUMNS = (
 )  # fmt: skip
 GUARDED = {"": None, "no": False, "yes": True}
 BEYOND_GIVEN = 3.0
-"""Excess of a reading beyond a bound that is given, or at the end of its scale: there are no margins to count."""
+"""Excess of a reading beyond a fixed bound or at the end of its scale, where no margin is defined."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A bound on one metric."""
+    """Bound on one metric."""
 
     experiment: str
     metric: str
@@ -41,33 +41,33 @@ class Limit:
     at_least: float = -math.inf
     at_most: float = math.inf
     firmware: tuple[str, ...] = ()
-    """Firmware versions it holds for; empty for all."""
+    """Firmware versions of the bound; empty for all."""
     guarded: bool | None = None
-    """Whether it holds for a hand that is guarded, and weaker at its stops, or for one that is not; None for both."""
+    """Whether the bound is for guarded hands (weaker at their stops) or unguarded ones; None for both."""
     healthy: tuple[float, float] | None = None
-    """Least and greatest reading of the healthy hands that it was computed from; None for a bound that is given."""
+    """Range of the healthy readings behind the bound; None for a fixed bound."""
     readings: int = 0
-    """Of healthy hands, that it was computed from."""
+    """Number of healthy readings behind the bound."""
     given_by: str = ""
-    """Where a bound that is given comes from."""
+    """Source of a fixed bound."""
 
     @property
     def source(self) -> str:
-        """Where the bound comes from."""
+        """Source of the bound."""
         return self.given_by or f"{self.readings} readings of healthy hands with such firmware"
 
     def holds_for(self, firmware: str, *, guarded: bool) -> bool:
-        """Return whether it is one for hands with a version of the firmware, or one like it, guarded or not."""
+        """Return whether the limit applies to this firmware (or one of its version group) and guard state."""
         alike = next((versions for versions in VERSION_GROUPS if firmware in versions), ())
         return (not self.firmware or not set(alike).isdisjoint(self.firmware)) and self.guarded in (None, guarded)
 
     def excess(self, value: float) -> float | None:
-        """Return how far a reading lies beyond the healthy ones: 0 among them, 1 at the limit, negative below them.
+        """Return the excess of a reading: 0 within the healthy range, 1 at the limit, negative below the range.
 
-        A side without a limit has nothing to exceed: 0. A reading beyond a given bound counts as `BEYOND_GIVEN`. One
-        that could not be measured (NaN) lies nowhere: None.
+        A side without a limit gives 0; a reading beyond a fixed bound gives `BEYOND_GIVEN`. An unmeasurable reading
+        (NaN) gives None.
         """
-        # Counted as too high, it would accuse whatever part reads too high.
+        # Any number here would make an unmeasurable reading evidence against a part.
         if math.isnan(value):
             return None
         if self.healthy is None:
@@ -79,7 +79,7 @@ class Limit:
         return (value - low) / (low - self.at_least) if value < low else 0.0
 
     def text(self, unit: str) -> str:
-        """The bound as people read it, for example `at most 0.9 mm` or `42 to 45.3 mm`."""
+        """Return the bound as text, for example `at most 0.9 mm` or `42 to 45.3 mm`."""
         if math.isinf(self.at_least):
             return f"at most {self.at_most:g} {unit}"
         if math.isinf(self.at_most):
@@ -89,7 +89,7 @@ class Limit:
     def judge(self, metric: Metric, subject: str, value: float) -> Finding:
         """Compare one value of a metric with the bound.
 
-        A value that could not be measured (NaN) does not pass, nor does one at the end of its scale.
+        An unmeasurable value (NaN) and one at the end of its scale fail.
         """
         at_the_end = value >= metric.end_of_scale
         measured = metric.text(value) + (", at the end of the window" if at_the_end else "")
@@ -108,7 +108,7 @@ class Limit:
 
 @cache
 def load_limits(firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
-    """Return the limits for hands with one firmware, guarded or not: those of the table, and those that checks give.
+    """Return the limits for a firmware and guard state: those of the table and the fixed bounds of checks.
 
     Raises:
         ValueError: the table has a mistake; the message says which.
@@ -122,7 +122,7 @@ def _table() -> tuple[Limit, ...]:
 
 
 def given_limits() -> tuple[Limit, ...]:
-    """Return the bounds that the checks give themselves."""
+    """Return the fixed bounds of the checks."""
     return tuple(
         Limit(
             check.experiment,
@@ -139,7 +139,7 @@ def given_limits() -> tuple[Limit, ...]:
 
 
 def limits_text(limits: Iterable[Limit]) -> str:
-    """Return computed limits as the CSV that `parse_limits` reads."""
+    """Return computed limits as CSV text for `parse_limits`."""
     guards = {value: text for text, value in GUARDED.items()}
     lines = [",".join(COLUMNS)]
     for limit in limits:
@@ -152,7 +152,7 @@ def limits_text(limits: Iterable[Limit]) -> str:
 
 
 def parse_limits(text: str) -> tuple[Limit, ...]:
-    """Return the limits of a table.
+    """Return the limits of a CSV table.
 
     Raises:
         ValueError: it has other columns, or a row has a mistake; the message names the row.
@@ -244,10 +244,7 @@ def within_limits(excess: float | None) -> bool:
 
 
 def excesses(numbers: Mapping[str, Measured], limits: Iterable[Limit]) -> dict[Key, float | None]:
-    """Return the excess of every judged reading of a run, None of one that could not be measured (`Limit.excess`).
-
-    What is not there is left out.
-    """
+    """Return the excess of every present reading of a run (`Limit.excess`); None for unmeasurable ones."""
     return {
         (limit.experiment, limit.metric, subject): limit.excess(value)
         for limit in limits

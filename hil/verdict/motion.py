@@ -1,4 +1,4 @@
-"""Channels without motion: a quantity that only a moving channel has is not judged on them."""
+"""Exclusion of channels without motion from metrics that need motion."""
 
 from __future__ import annotations
 
@@ -16,12 +16,14 @@ from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit
 
 STILL = 0.05
-"""Part of the least healthy distance; a channel that moved less in every measurement is without motion. A gear that is
-jammed creeps by as much when its goal changes."""
+"""Fraction of the smallest healthy distance; a channel below it in every measurement has no motion.
+
+A jammed gear still creeps that far when its goal changes.
+"""
 
 
 def still_channels(numbers: Mapping[str, Measured], limits: Collection[Limit]) -> frozenset[Channel]:
-    """Return the channels without motion; one whose motion was not measured is not among them."""
+    """Return the channels without motion; channels without a measured motion are not included."""
     moved: dict[str, list[bool]] = {}
     for limit in limits:
         for subject in limit.subjects:
@@ -34,15 +36,15 @@ def still_channels(numbers: Mapping[str, Measured], limits: Collection[Limit]) -
 
 
 def role_of(experiment: str, metric: str, subject: str) -> MotionRole | None:
-    """Return the relation of a metric to motion; None also for a finding that is of no metric."""
+    """Return a metric's relation to motion, or None (also for findings without a metric)."""
     found = (m for m in JUDGED[experiment].metrics if m.name == metric and subject in m.subjects)
     return next((metric.motion for metric in found), None) if experiment in JUDGED else None
 
 
 def without_motion(run: Validation, still: Collection[Channel]) -> Validation:
-    """Return a run whose channels without motion are not judged by what only a moving channel has.
+    """Withhold the metrics that need motion on channels without motion.
 
-    A number of the hand as a whole needs all channels; it is left out where it could not be measured.
+    Metrics of the whole hand need all channels, so they are withheld too if they could not be measured.
     """
     labels = {channel.label for channel in still}
 

@@ -1,4 +1,4 @@
-"""What a channel's curves say about the inside of its part: observations, which name no cause and judge nothing."""
+"""Observations on a channel's curves, shown beside the suspects without cause or judgement."""
 
 from __future__ import annotations
 
@@ -16,35 +16,37 @@ from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Recording
 
 TAKE_UP, LEVELS = 2, 3
-"""Levels at the open end in which a good cable may be slack; levels that must clearly differ."""
+"""Number of levels of normal slack at the open end; number of levels that must clearly differ."""
 NONE, LITTLE, HIGH, MUCH = 0.1, 0.15, 2.0, 2.8
-"""Current beside the other fingers' median: clearly none, none, high, clearly high; good fingers have 0.35 to 2.4."""
+"""Ratios of a current to the other fingers' median: clearly none, none, high, clearly high; good fingers have 0.35-2.4.
+"""
 TIMES, CYCLES, SMOOTH = range(2, 9), 1.25, 3
-"""Times per turn that are looked for, least number of them in the travel, and degree of a current without them."""
+"""Harmonics per spool turn to fit, smallest number of cycles in the travel, degree of the smooth background."""
 EXPLAINED, STRONG, STRONG_A = 0.8, 0.2, 0.1
-"""What a pattern must explain of the rest, and its amplitude, part of the median and A; good cables reach 0.1."""
+"""Explained fraction of the residual, and amplitude relative to the median and in A; good cables reach 0.1."""
 ROUGH_A = 0.2
-"""Bend of a curve from level to level from which on it says nothing of places; good fingers have 0.05, noise 0.9."""
+"""Threshold of a curve's level-to-level bend, A; above it positions are not evaluated. Good fingers 0.05, noise 0.9."""
 FACTOR, CHANGE_A, NEAR = 1.8, 0.15, 0.12
-"""By which a pull must differ from all others within a part of the travel; good fingers keep it within 1.5."""
+"""Ratio, smallest current (A) and fraction of the travel for a changed pull; good fingers stay within a ratio of 1.5.
+"""
 ARRIVED_S, LAST, ACROSS = 0.25, 10, 10.0
-"""Time in which a finger arrives, s; readings after it; per cent of the window that a good channel does not lose."""
+"""Arrival time of a finger, s; number of readings after it; threshold of lost travel, per cent of the window."""
 
 Recordings = Mapping[str, Recording]
-"""By experiment, in the order in which they ran."""
+"""Recordings by experiment, in run order."""
 
 
 def observations(recordings: Recordings, channel: Channel) -> tuple[str, ...]:
-    """Return what is observed on a channel, sentences without a full stop; none where nothing is clear."""
+    """Return the observations on a channel, sentences without a full stop."""
     found: list[str] = []
     for kind in KINDS:
-        with suppress(CannotBeMeasuredError, KeyError):  # a run may be too short for some
+        with suppress(CannotBeMeasuredError, KeyError):  # short runs lack some recordings
             found += kind(recordings, channel)
     return tuple(found)
 
 
 def along_its_travel(recordings: Recordings, channel: Channel) -> Iterator[str]:
-    """Say where in its travel a finger's current, on the way closed, is not like the other fingers'."""
+    """Yield the stretches of a finger's travel where its closing current differs from the other fingers'."""
     closing = {finger: load.spring_a + load.friction_a for finger, load in loads(recordings["staircase"]).items()}
     require(len({len(levels) for levels in closing.values()}) == 1 and _smooth(closing[channel]), "levels")
     others = np.median([closing[finger] for finger in FINGERS if finger is not channel], axis=0)
@@ -61,7 +63,7 @@ def along_its_travel(recordings: Recordings, channel: Channel) -> Iterator[str]:
 
 
 def per_turn(recordings: Recordings, channel: Channel) -> Iterator[str]:
-    """Say how often in a turn of its spool a channel's current comes again."""
+    """Yield the number of current peaks per spool turn of a channel."""
     recording = recordings["staircase"]
     load = loads(recording)[channel]
     require(len(load.travel_mm) > SMOOTH + 4, "levels")
@@ -82,7 +84,7 @@ def per_turn(recordings: Recordings, channel: Channel) -> Iterator[str]:
 
 
 def since_when(recordings: Recordings, channel: Channel) -> Iterator[str]:
-    """Say between which seconds of the run a finger came to draw another current at one place."""
+    """Yield the interval of the run in which a finger's current at one position changed."""
     begins = dict(zip(recordings, np.cumsum([0.0, *(r.header.duration_s for r in recordings.values())]), strict=False))
     steps = {name: _closing(recordings[name], channel) for name in ("audit", "holding", "staircase")}
     ends = [begins[name] + closing[-1].end for name, closing in steps.items()]
@@ -97,7 +99,7 @@ def since_when(recordings: Recordings, channel: Channel) -> Iterator[str]:
         pulls = closing_current(currents.values, side)[there, channel]
         before = float(np.median(pulls)) if pulls.size else 0.0
         after = now[np.abs(goals - step.after) < NEAR * MAX_CODE]
-        # A finger that draws nothing may only not have arrived.
+        # without current, the finger may not have arrived yet
         if before < CHANGE_A or not after.size or (after.max() * FACTOR > before and after.min() < FACTOR * before):
             break
         until, since = (f"{end:.0f}" for end in ends[at : at + 2])
@@ -107,8 +109,8 @@ def since_when(recordings: Recordings, channel: Channel) -> Iterator[str]:
 
 
 def with_the_thumb_across(recordings: Recordings, channel: Channel) -> Iterator[str]:
-    """Say that a channel goes less far with the thumb across the palm than without."""
-    name = "coupling" if channel is Channel.THUMB_CMC_FLEXION else "excursion"  # the palm stops CMC flexion alone
+    """Yield the loss of a channel's travel with the thumb across the palm."""
+    name = "coupling" if channel is Channel.THUMB_CMC_FLEXION else "excursion"  # the palm stops only CMC flexion
     codes, commands = recordings[name]["codes"], recordings[name]["command_codes"]
     reached = {}
     for step in find_steps(commands.times, commands.values):
@@ -125,12 +127,12 @@ KINDS = (along_its_travel, per_turn, since_when, with_the_thumb_across)
 
 
 def _smooth(levels: Floats) -> bool:
-    """Return whether most levels go on as those before: where an encoder leaps, currents say nothing of a place."""
+    """Return whether a curve is smooth; with encoder jumps, currents cannot be assigned to positions."""
     return len(levels) > SMOOTH + 4 and float(np.median(np.abs(np.diff(levels, 2)))) < ROUGH_A
 
 
 def _fitted(basis: Floats, values: Floats) -> tuple[float, Floats]:
-    """Return the sum of squares that a least-squares fit leaves, and its weights."""
+    """Return the residual sum of squares of a least-squares fit, and its weights."""
     weights = np.asarray(np.linalg.lstsq(basis, values, rcond=None)[0], np.float64)
     return float(np.sum((values - basis @ weights) ** 2)), weights
 

@@ -1,4 +1,4 @@
-"""What a validation suspects: a part, on a channel where it is one of several."""
+"""Suspected parts, each on a channel where the hand has several."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ __all__ = ["Part", "Suspect", "listed", "place"]
 
 
 FEW = 4
-"""Places that a heading names one by one."""
+"""Limit of locations that a heading lists individually."""
 
 
 @dataclass(frozen=True)
 class Suspect:
-    """A part that may be at fault."""
+    """Part that may be at fault."""
 
     part: Part
     channel: Channel | None = None
-    """Of a servo or a digit; None for a part that the hand has once."""
+    """Channel of a servo or a digit; None for a part that exists once."""
 
     def __str__(self) -> str:
         """Return the part's name, with its channel."""
@@ -32,13 +32,13 @@ class Suspect:
 
 
 def listed(words: Iterable[str]) -> str:
-    """Return words as a list for people: `a, b or c`."""
+    """Return words as a list in a sentence: `a, b or c`."""
     *first, last = words
     return f"{', '.join(first)} or {last}" if first else last
 
 
 def place(suspects: Iterable[Suspect]) -> str:
-    """Return where suspects are, for a heading: a digit where both its servo and itself are among them."""
+    """Return the suspects' locations for a heading: the digit's name for its servo and mechanics."""
     words = (s.part.value if s.channel is None else subject_words(s.channel.label) for s in suspects)
     found = tuple(dict.fromkeys(words))
     if len(found) > FEW:

@@ -1,4 +1,4 @@
-"""What shows the failure of a case, run again on the hand after a step, and compared with before."""
+"""Rerun of the failing experiments on the hand after a step, compared with the first run."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ from hil.verdict.steps import CaseStep, StepOutcome
 from hil.verdict.validation import validate
 
 OPENS_S = 2.0
-"""Time in which a hand opens and comes to rest, s."""
+"""Time for a hand to open and settle, s."""
 AT_LEAST = ("presence",)
-"""What is run for a failure that no experiment showed, such as a board that is silent from the start."""
+"""Experiments for a failure that no experiment showed, such as a board that is silent from the start."""
 
 
 CaseProgress = Callable[[float, str, float], None]
-"""Takes the finished part of all that follows a step, 0 to 1, what is being done, and the time left, s."""
+"""Callback with the progress after a step (0 to 1), the current action, and the remaining time, s."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """All that follows a step."""
+    """Program actions after a step."""
 
     first: tuple[str, ...]
-    """Experiments that show the failure."""
+    """Experiments that reproduce the failure."""
     more: tuple[str, ...]
-    """All that the first run would have done, which follows if those pass; empty if they are all."""
+    """All experiments of the first run, run if `first` passes; empty if `first` has all of them."""
     homings: int
     homing_s: float
     """Time of one homing, s."""
@@ -49,22 +49,22 @@ class Plan:
 
     @classmethod
     def after(cls, case: DiagnosisCase, step: CaseStep, firmware: str) -> Plan:
-        """Return what follows a step of a case on a hand with this firmware."""
+        """Return the program actions after a step of a case, for a hand with this firmware."""
         first = case.experiments or AT_LEAST
         more = case.planned if set(case.planned) - set(first) else ()
-        # A hand that was not moved, because it failed the first gate, is not opened either.
+        # a hand that failed the first gate was never moved and needs no opening
         moved = any(any(EXPERIMENTS[name].furthest) for name in case.ran)
         return cls(first, more, HOMINGS if step.homes else 0, firmware_of(firmware).homing_s, moved)
 
     @property
     def furthest(self) -> tuple[float, ...]:
-        """Part of each channel's window that a run sends it to at most, (7,), command order."""
+        """Largest commanded fraction of each channel's window, (7,), command order."""
         each = zip(*(EXPERIMENTS[name].furthest for name in (*self.first, *self.more)), strict=True)
         return tuple(map(max, each))
 
     @property
     def homes_s(self) -> float:
-        """Time of all homing, s."""
+        """Time of all homings, s."""
         return self.homings * self.homing_s
 
     @property
@@ -74,30 +74,30 @@ class Plan:
 
     @property
     def first_s(self) -> float:
-        """Hand time until what shows the failure has run, s."""
+        """Hand time until the failing experiments have run, s."""
         return self.homes_s + self.opens_s + sum(EXPERIMENTS[name].hand_s for name in self.first)
 
     @property
     def seconds(self) -> float:
-        """Hand time of all, s."""
+        """Total hand time, s."""
         more_s = sum(EXPERIMENTS[name].hand_s for name in self.more)
         return self.first_s + (self.opens_s + more_s if self.more else 0.0)
 
 
 class _Course:
-    """How far a plan has got."""
+    """Progress of a plan."""
 
     def __init__(self, plan: Plan, tell: CaseProgress) -> None:
         self._whole_s, self._tell = plan.seconds, tell
         self._done_s = 0.0
 
     def within(self, hand_s: float, done: float, doing: str) -> None:
-        """Tell of a part of the plan that takes `hand_s` and of which a share is done."""
+        """Report progress within a part of `hand_s`, of which the fraction `done` is finished."""
         at_s = min(self._done_s + done * hand_s, self._whole_s)
         self._tell(at_s / self._whole_s, doing, self._whole_s - at_s)
 
     def past(self, hand_s: float) -> None:
-        """Note that a part of the plan is done."""
+        """Mark a part of the plan as finished."""
         self._done_s += hand_s
 
 
@@ -123,7 +123,7 @@ def rerun(
     run = _run(target, plan.first, folder, course)
     outcome = outcome_of_run(judge, case.failed_in(plan.first), proposal, run)
     if outcome is StepOutcome.GONE and plan.more:
-        # What fails late, warm or by chance passes in a shorter run: gone is what the whole first run does not show.
+        # Faults that are late, thermal or random can pass a shorter run, so GONE requires the whole first run.
         _prepare(target, plan, 0, course)
         run = _run(target, plan.more, folder, course)
         outcome = outcome_of_run(judge, case.before, proposal, run)
@@ -144,9 +144,9 @@ def _run(target: Target, names: Sequence[str], folder: Path | None, course: _Cou
 
 
 def _prepare(target: Target, plan: Plan, homings: int, course: _Course) -> None:
-    """Let the hand home where a step says so, and open it where it was moved: the first run found it open and at rest.
+    """Home the hand if the step requires it, and open it if it was moved, as at the start of the first run.
 
-    What does not let it is no end of the case: the run that follows says what is wrong.
+    Errors are ignored here; the run that follows reports them.
     """
     with suppress(SafetyStopError, AeroError, OSError):
         if homings or plan.opens:
@@ -163,12 +163,12 @@ def _prepare(target: Target, plan: Plan, homings: int, course: _Course) -> None:
 
 
 def outcome_of_run(judge: Judge, before: Failures, proposal: Proposal, run: Validation) -> StepOutcome | None:
-    """Return what became of failures in a run after a step; None where the run says nothing about the hand."""
-    # Where nothing failed on a busy computer, what is gone was still measured again.
+    """Return the outcome of a step from the run after it, or None if the run is no evidence about the hand."""
+    # After a busy run without failures, the gone failure was still measured again.
     if run.end.kind in SAYS_NOTHING - {EndKind.HOST_BUSY}:
         return None
-    # A computer that is held up loses replies, too: what fails then is no sign that the step mended nothing.
-    # A link that ended was waited for, and holds the program up itself.
+    # A busy computer loses replies too, so failures of such a run do not show that the step was useless. A lost link
+    # delays the program itself and is excluded.
     late = any(one.held_up_s > VERY_LATE_S for one in run.withheld)
     if late and not run.passed and run.end.kind not in HANDS_FAULT | {EndKind.HOST_BUSY}:
         return None

@@ -1,4 +1,4 @@
-"""How a run ended, as one value: in which way, at which experiment, why, on which channel, and what was recorded."""
+"""End of a run as one value: kind, experiment, reason, channel, partial recordings."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from hil.verdict.findings import Finding
 
 
 class EndKind(Enum):
-    """The ways in which a run may end; the values are what a finding says, with `{at}` and `{reason}` of the run.
+    """Kinds of a run's end; values are texts of the finding, formatted with `{at}` and `{reason}`.
 
-    Check, measured, expected, source, meaning, remedy.
+    Order: check, measured, expected, source, meaning, remedy.
     """
 
     FINISHED = ()
-    """Everything that was asked for was run."""
+    """All requested experiments were run."""
     GATE = (
         "after {at}",
         "not run",
@@ -40,7 +40,7 @@ class EndKind(Enum):
         "{reason}",
         "Validate with firmware 0.1.0 or later, or run the other experiments.",
     )
-    """The guard permits none of the experiments that were asked for."""
+    """The guard permits none of the requested experiments."""
     STOPPED = (
         "{at}",
         "aborted",
@@ -92,7 +92,7 @@ class EndKind(Enum):
         "{reason}",
         "Close what else runs on this computer, then validate again.",
     )
-    """This computer was too late too often for a verdict."""
+    """Scheduling delays of this computer were too frequent for a verdict."""
     INCOMPLETE = (
         "{at}",
         "aborted",
@@ -101,7 +101,7 @@ class EndKind(Enum):
         "The recording ends before the experiment does.",
         "Run it again.",
     )
-    """A recording that is judged does not come to its end."""
+    """A judged recording is truncated."""
     FAULT_NEVER_FIRED = (
         "fault",
         "absent",
@@ -110,7 +110,7 @@ class EndKind(Enum):
         "{reason}",
         "What was measured is that of a hand without it.",
     )
-    """A fault that was asked for never had an effect: what was measured stands, a verdict does not."""
+    """A requested fault never took effect: readings stay valid, but there is no verdict."""
     NOT_OPENED = (
         "opening",
         "stopped",
@@ -119,30 +119,30 @@ class EndKind(Enum):
         "{reason}",
         "Look at the hand before anything else. What was measured stands.",
     )
-    """Everything was run, and the guard could not leave the hand open and weak as it does after every program."""
+    """All experiments ran, but the guard could not open and weaken the hand afterwards."""
 
 
 SAYS_NOTHING = {EndKind.INTERRUPTED, EndKind.INCOMPLETE, EndKind.NOT_WRITTEN, EndKind.HOST_BUSY}
-"""Endings that say nothing about the hand."""
+"""Ends that are no evidence about the hand."""
 
 
 @dataclass(frozen=True)
 class RunEnd:
-    """How one run ended."""
+    """End of one run."""
 
     kind: EndKind
     at: str = ""
-    """Experiments it is about."""
+    """Experiments concerned."""
     reason: str = ""
-    """Why, for people."""
+    """Reason, for the user."""
     error: BaseException | None = None
-    """What ended the program's work on the hand; it decides the exit code."""
+    """Error that ended the work on the hand; determines the exit code."""
     cut: tuple[Recording, ...] = ()
-    """What experiments that did not end had recorded until then."""
+    """Partial recordings of aborted experiments."""
 
     @property
     def finding(self) -> Finding | None:
-        """What kept the rest from running, None when all ran."""
+        """Finding about a run that was cut short; None if all experiments ran."""
         if self.kind is EndKind.FINISHED:
             return None
         check, *texts = (text.format(at=self.at, reason=self.reason) for text in self.kind.value)
@@ -150,17 +150,17 @@ class RunEnd:
 
     @property
     def stop(self) -> SafetyReason | None:
-        """Why the guard stopped the hand; None for every other end."""
+        """Reason of a guard stop; None for other ends."""
         return self.error.reason if isinstance(self.error, SafetyStopError) else None
 
     @property
     def channel(self) -> Channel | None:
-        """The channel for which the guard stopped the hand; None for every other end."""
+        """Channel that caused a guard stop; None for other ends."""
         return self.error.channel if isinstance(self.error, SafetyStopError) else None
 
     @property
     def error_name(self) -> str:
-        """Name of the kind of error; empty when there was none."""
+        """Class name of the error; empty without an error."""
         return "" if self.error is None else type(self.error).__name__
 
 
@@ -174,17 +174,17 @@ END_BY_ERROR: dict[type[BaseException], EndKind] = {
     KeyboardInterrupt: EndKind.INTERRUPTED,
     SystemExit: EndKind.INTERRUPTED,
 }
-"""Error that aborts a run to its kind of ending; the first class that fits counts. What was recorded is saved."""
+"""Kind of end by error; the first matching class counts. Partial recordings are saved."""
 
 
 def aborted(experiment: str, error: BaseException, cut: tuple[Recording, ...]) -> RunEnd:
-    """Return the end of a run whose experiment an error of `END_BY_ERROR` ended."""
+    """Return the end of a run whose experiment was aborted by an error of `END_BY_ERROR`."""
     kind = next(kind for errors, kind in END_BY_ERROR.items() if isinstance(error, errors))
     return RunEnd(kind, experiment, str(error), error, cut)
 
 
 def ended_at_closing(end: RunEnd, error: FaultNeverFiredError | SafetyStopError) -> RunEnd:
-    """Return the end of a run when closing its hand ended with an error; how its experiments ended stays."""
+    """Return the end of a run whose closing failed with an error; an earlier end keeps its kind."""
     if end is not FINISHED:
         return replace(end, error=error)
     kind = EndKind.FAULT_NEVER_FIRED if isinstance(error, FaultNeverFiredError) else EndKind.NOT_OPENED

@@ -1,4 +1,4 @@
-"""Findings of a failed run as one sentence a channel: the strongest reading of each kind of evidence, no cause."""
+"""Failed findings as one sentence per channel: the strongest reading of each kind of evidence, without causes."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from hil.verdict.judged_run import Validation
 from hil.verdict.motion import role_of
 
 LENGTH = 155
-"""Characters of a sentence: two lines of a terminal. A kind of evidence that does not fit is left to the report."""
+"""Length limit of a sentence, characters (two terminal lines); further kinds of evidence are only in the report."""
 NO_CURRENT = "draws no current"
 
 
 def channel_sentences(run: Validation) -> tuple[str, ...]:
-    """Return a sentence for each channel, or the hand, that failed: suspected ones first, then the strongest."""
+    """Return a sentence for each failed channel or the hand, suspected ones first, then by strength."""
     of: dict[str, list[Finding]] = {}
     for finding in failed(run.findings):
         if finding != run.end.finding:
@@ -31,7 +31,7 @@ def channel_sentences(run: Validation) -> tuple[str, ...]:
 
 
 def strength(finding: Finding) -> float:
-    """Return how far a reading is off, whatever its side; 0 for one that could not be measured."""
+    """Return the absolute excess of a finding; 0 if unmeasurable."""
     return 0.0 if finding.excess is None else abs(finding.excess)
 
 
@@ -47,7 +47,7 @@ def _sentence(subject: str, findings: Sequence[Finding], *, still: bool) -> str:
 
 
 def _clauses(findings: Sequence[Finding], *, still: bool) -> Iterable[str]:
-    """Yield a clause for each kind of evidence; a channel that does not move is told as that."""
+    """Yield a clause for each kind of evidence; a channel without motion gets one for its lack of motion."""
     moved = [one for one in findings if role_of(one.experiment, one.check, one.subject) is MotionRole.MEASURED]
     told = set[EvidenceKind | str]()
     if moved and still:

@@ -1,4 +1,4 @@
-"""Failure modes, and the steps of a case that tell them apart, from `steps.toml`."""
+"""Failure modes, and the steps of a case that separate them, from `steps.toml`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hil.verdict.parts import Suspect
 
 
 class StepOutcome(Enum):
-    """Outcome of a step; the values are for people."""
+    """Outcome of a step; values are texts for the user."""
 
     GONE = "the failure is gone"
     STAYS = "the failure stays"
@@ -31,7 +31,7 @@ class StepOutcome(Enum):
 
 
 ENDED = frozenset({StepOutcome.GONE, StepOutcome.FREED})
-"""Outcomes after which the failure is gone."""
+"""Outcomes without the failure."""
 ANSWERS = (StepOutcome.YES, StepOutcome.NO, StepOutcome.UNSURE)
 OF_ONE = (Part.SERVO, Part.DIGIT)
 """Parts that each channel has."""
@@ -40,81 +40,81 @@ BENDS = {
     Channel.THUMB_CMC_FLEXION: "Bend the thumb by hand at its base, over the palm and back.",
     Channel.THUMB_FLEXOR: "Bend the tip of the thumb by hand and let it go.",
 }
-"""Motion by hand of a channel that has no neighbour like it."""
+"""Manual motion of a channel without a neighbour like it."""
 
 
 @dataclass(frozen=True)
 class FailureMode:
-    """One way in which a part fails, by what shows or ends it: a row of `modes`."""
+    """Failure mode of a part: a row of `modes`."""
 
     name: str
     part: Part
     action: str
-    """Action of the owner once it is shown."""
+    """Action of the owner once the mode is shown."""
     reset: bool = False
-    """Whether it is state that a step has put right."""
+    """Whether the mode is leftover state that a step has reset."""
     of_hand: bool = False
-    """Whether it concerns no single digit."""
+    """Whether the mode concerns the hand as a whole."""
     unplaced: bool = False
-    """Whether it is that of a servo whose channel is not known."""
+    """Whether the mode is of a servo on an unknown channel."""
 
 
 Candidate = tuple[FailureMode, Channel | None]
-"""A failure mode and its channel; None for a part that the hand has once."""
+"""Failure mode and its channel; None for a part that exists once."""
 
 
 @dataclass(frozen=True)
 class CaseStep:
-    """A row of `steps`."""
+    """Step of a case: a row of `steps`."""
 
     name: str
     do: str
-    """Text for `str.format` with `{where}`, `{beside}` and `{bend}`; a question if it asks."""
+    """Text for `str.format` with `{where}`, `{beside}` and `{bend}`; a question if `asks` is set."""
     minutes: float
-    """Time of the person."""
+    """Time that the user needs, minutes."""
     convicts: Mapping[StepOutcome, frozenset[str]] = field(default_factory=dict)
-    """Modes that an outcome shows."""
+    """Modes that each outcome shows."""
     clears: Mapping[StepOutcome, frozenset[str]] = field(default_factory=dict)
-    """Modes that an outcome rules out."""
+    """Modes that each outcome rules out."""
     tool: str = ""
     after: tuple[str, ...] = ()
-    """Steps that come first, if they tell anything."""
+    """Steps that have priority while they are useful."""
     asks: bool = False
-    """Whether the person answers with yes, no or not sure; otherwise the failed experiments run again."""
+    """Whether the user answers with yes, no or not sure; otherwise the failed experiments rerun."""
     homes: bool = False
-    """Whether the program homes the hand after it."""
+    """Whether the program homes the hand after the step."""
     frees: bool = False
-    """Whether the person takes away what touches the hand, and says whether there was something."""
+    """Whether the user removes objects in contact with the hand, and reports whether there were any."""
     restores: bool = False
-    """Whether the person puts all back as it was, so that the failure is there again."""
+    """Whether the user reverts a change, so that the failure should return."""
     resets: str = ""
-    """State that it puts right, for people."""
+    """State that the step resets, for the user."""
 
     @property
     def runs(self) -> bool:
-        """Whether the failed experiments run again after it."""
+        """Whether the failed experiments rerun after the step."""
         return not self.asks
 
     @property
     def of_one_channel(self) -> bool:
-        """Whether it is done at one channel."""
+        """Whether the step is done at one channel."""
         return "{where}" in self.do or "{bend}" in self.do
 
     @property
     def outcomes(self) -> tuple[StepOutcome, ...]:
-        """Possible outcomes."""
+        """Possible outcomes of the step."""
         if self.asks:
             return (*ANSWERS, StepOutcome.SKIPPED)
         told = {*self.convicts, StepOutcome.GONE, StepOutcome.STAYS, StepOutcome.PARTLY, StepOutcome.SKIPPED}
         return tuple(outcome for outcome in StepOutcome if outcome in told)
 
     def shows(self, candidate: Candidate, outcome: StepOutcome, at: Channel | None) -> bool:
-        """Return whether an outcome of the step, done at a channel, shows a candidate."""
+        """Return whether an outcome of the step at a channel shows a candidate."""
         mode, channel = candidate
         return mode.name in self.convicts.get(outcome, ()) and (channel is None or at in (None, channel))
 
     def leaves(self, candidate: Candidate, outcome: StepOutcome, at: Channel | None) -> bool:
-        """Return whether a candidate is possible after an outcome."""
+        """Return whether a candidate remains possible after an outcome."""
         mode, channel = candidate
         if outcome in self.convicts and outcome is not StepOutcome.STAYS:
             return self.shows(candidate, outcome, at)
@@ -122,11 +122,11 @@ class CaseStep:
         return not (here and mode.name in self.clears.get(outcome, ()))
 
     def tests(self, candidate: Candidate) -> bool:
-        """Return whether some outcome would rule a candidate out."""
+        """Return whether some outcome would rule out a candidate."""
         return any(candidate[0].name in named for named in self.clears.values())
 
     def text(self, at: Channel | None, beside: Channel | None) -> str:
-        """Return the text for a channel."""
+        """Return the step's text for a channel."""
         where, other = ("" if one is None else subject_words(one.label) for one in (at, beside))
         bend = "" if at is None else BENDS.get(at, f"Bend the {where} by hand, then the {other}.")
         return self.do.format(where=where, beside=other, bend=bend)
@@ -145,7 +145,7 @@ def steps() -> Mapping[str, CaseStep]:
 
 
 def candidates(suspects: Iterable[Suspect]) -> tuple[Candidate, ...]:
-    """Return the failure modes of suspects; of a single digit, those that concern the hand are left out."""
+    """Return the failure modes of suspects; with suspects on single channels, modes of the whole hand are excluded."""
     suspects = tuple(suspects)
     placed = any(suspect.channel is not None for suspect in suspects)
     return tuple(
@@ -159,8 +159,8 @@ def candidates(suspects: Iterable[Suspect]) -> tuple[Candidate, ...]:
 
 
 def neighbour(channel: Channel, spared: frozenset[Channel] = frozenset()) -> Channel:
-    """Return the nearest finger to exchange a channel with, one that does not fail itself if there is one."""
-    # All servos are alike; a finger's digit shows most of the faults of a servo.
+    """Return the nearest finger for an exchange, preferably one without failures."""
+    # All servos are alike; a finger's digit shows most faults of a servo.
     free = [one for one in FINGERS if one is not channel and one not in spared]
     return min(free or [one for one in FINGERS if one is not channel], key=lambda one: abs(one - channel))
 

@@ -43,10 +43,10 @@ from hil.verdict.parts import Suspect, listed
 from hil.verdict.run_end import EndKind, RunEnd
 
 PAIR = 2
-"""Units that may fail for what is between the two: an exchange, or contact."""
+"""Limit of failing units for a cause between two units, such as an exchange or contact."""
 THUMB = frozenset({Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR})
 IN_MOTION = frozenset({Kind.TIME, Kind.STALE, Kind.JUMP, Kind.SPEED})
-"""Evidence that a static load or a wrong zero does not make."""
+"""Kinds of evidence that neither a static load nor a wrong zero causes."""
 EVERYWHERE = frozenset(SUBJECTS)
 
 
@@ -55,25 +55,25 @@ class Clue:
     """Conclusion of one rule."""
 
     seen: str
-    """The observation, a sentence for people without a full stop."""
+    """Observation as a sentence without a full stop."""
     strong: frozenset[Suspect]
-    """Parts that usually cause it."""
+    """Parts that usually cause the observation."""
     weak: frozenset[Suspect] = frozenset()
-    """Parts that may cause it."""
+    """Parts that may cause the observation."""
     explains: frozenset[str] = EVERYWHERE
-    """Subjects whose failures it explains."""
+    """Subjects whose failures the clue explains."""
 
 
 @dataclass(frozen=True)
 class RunSigns:
-    """Input of the rules."""
+    """Input of the rules: failed checks, end of the run, version mismatch."""
 
     failures: Failures
     end: RunEnd
     reads_as: str = ""
-    """Another firmware, side or homing that would explain all readings; empty if none does."""
+    """Other firmware, side or homing that would explain all readings; otherwise empty."""
     silent: tuple[Channel, ...] = ()
-    """Channels whose servos did not answer the board when it started, by its boot text."""
+    """Channels whose servos were silent at startup, according to the boot text."""
 
     @property
     def orderly(self) -> bool:
@@ -82,18 +82,18 @@ class RunSigns:
 
     @property
     def hand(self) -> frozenset[Kind]:
-        """Evidence on the hand as a whole."""
+        """Kinds of evidence on the hand as a whole."""
         return self.failures.kinds("hand")
 
     @property
     def of_channels(self) -> dict[Channel, frozenset[Kind]]:
-        """Evidence by channel; without motion of another channel, bytes of the driver, and what a person saw."""
+        """Kinds of evidence by channel, except crossed motion, driver bytes and the user's observations."""
         apart = {Kind.CROSSED, Kind.SENT, Kind.READ, Kind.SEEN}
         return {one: kinds for one in Channel if (kinds := self.failures.kinds(one.label) - apart)}
 
     @property
     def units(self) -> dict[frozenset[Channel], frozenset[Kind]]:
-        """Evidence by unit that fails: a finger, or the channels of the thumb that fail."""
+        """Kinds of evidence by failing unit: a finger, or the failing channels of the thumb."""
         found = self.of_channels
         of = {frozenset({one}): kinds for one, kinds in found.items() if one not in THUMB}
         if thumb := frozenset(found.keys() & THUMB):
@@ -113,21 +113,21 @@ def _of(channels: Iterable[Channel], *parts: Part) -> frozenset[Suspect]:
 
 
 def driver(signs: RunSigns) -> Iterable[Clue]:
-    """Commands and readings against their bytes."""
+    """Check commands and readings against their bytes."""
     kinds = {piece.kind for piece in signs.failures.pieces}
-    # Damaged replies are misread by any driver.
+    # any driver misreads damaged replies
     if Kind.SENT in kinds or (Kind.READ in kinds and signs.orderly):
         yield Clue("the driver sent or read other values than the map gives", _hand(Part.DRIVER))
 
 
 def link(signs: RunSigns) -> Iterable[Clue]:
-    """Bytes that were lost, added or altered, restarts, and a link that ended."""
+    """Check for lost, added or altered bytes, restarts, and a lost link."""
     hand, end = signs.hand, signs.end
     ended = end.kind is EndKind.LINK or end.stop in {SafetyReason.SILENT, SafetyReason.LINK_LOST}
     if end.kind is EndKind.FIRMWARE:
         yield Clue("the firmware program ended", _hand(Part.BOARD))
     elif Kind.RESTART in hand:
-        # A board that restarts answers late, not at all, or with its boot text.
+        # a restarting board answers late, not at all, or with its boot text
         yield Clue("the board restarted", _hand(Part.BOARD, Part.SUPPLY, Part.USB), _hand(Part.SETUP, Part.BUS))
     elif isinstance(end.error, ConnectionError):
         yield Clue("the port was gone", _hand(Part.USB, Part.BOARD, Part.COMPUTER), _hand(Part.SUPPLY))
@@ -144,7 +144,7 @@ def link(signs: RunSigns) -> Iterable[Clue]:
 
 
 def fresh(signs: RunSigns) -> Iterable[Clue]:
-    """Readings that are old, late, or not those of the servos."""
+    """Check for readings that are old, late, or not from the servos."""
     hand, channels = signs.hand, signs.of_channels
     shared = _hand(Part.USB, Part.BOARD, Part.BUS, Part.COMPUTER)
     if signs.silent:
@@ -162,7 +162,7 @@ def fresh(signs: RunSigns) -> Iterable[Clue]:
 
 
 def setting(signs: RunSigns) -> Iterable[Clue]:
-    """Readings that a healthy hand of another version, or one that was not homed, would have."""
+    """Check for readings of a healthy hand with another version or without homing."""
     if signs.reads_as:
         yield Clue(signs.reads_as, _hand(Part.SETUP, Part.BOARD))
     elif Kind.VERSION in signs.hand:
@@ -172,7 +172,7 @@ def setting(signs: RunSigns) -> Iterable[Clue]:
 
 
 def mechanics(signs: RunSigns) -> Iterable[Clue]:
-    """Loads, travel and sensors of the channels."""
+    """Check loads, travel and sensors of the channels."""
     units = signs.units
     most = max(map(len, units.values()), default=0)
     leading = [unit for unit, kinds in units.items() if len(kinds) == most]
@@ -193,7 +193,7 @@ def mechanics(signs: RunSigns) -> Iterable[Clue]:
 
 
 def _alike(signs: RunSigns) -> bool:
-    """Return whether one kind fails to one side on more than two channels, a finger among them."""
+    """Return whether one kind of evidence has one sign on more than two channels, a finger among them."""
     on: dict[tuple[Kind, bool], set[Channel]] = {}
     for channel in signs.of_channels:
         for piece in signs.failures.pieces:
@@ -203,7 +203,7 @@ def _alike(signs: RunSigns) -> bool:
 
 
 def _leaning(signs: RunSigns, unit: frozenset[Channel]) -> frozenset[Channel]:
-    """Return the channels that may be at fault in a unit: abduction decides how far CMC flexion goes."""
+    """Return the possibly faulty channels of a unit: abduction limits the range of CMC flexion."""
     goes_wrong = Kind.TRAVEL in signs.of_channels.get(Channel.THUMB_CMC_FLEXION, ())
     return unit | ({Channel.THUMB_ABDUCTION} if goes_wrong and unit <= THUMB else set())
 
@@ -222,7 +222,7 @@ def _pair(signs: RunSigns) -> Clue:
 
 
 def _one(signs: RunSigns, channel: Channel, others: frozenset[Channel]) -> Clue:
-    """Return what the evidence on one channel says."""
+    """Return the clue of the evidence on one channel."""
     kinds = signs.of_channels.get(channel, frozenset({Kind.TRAVEL}))
     own, place = _of([channel], Part.SERVO), _of([channel], Part.DIGIT)
     shared = _hand(Part.BOARD, Part.SUPPLY, Part.DRIVER)
@@ -239,7 +239,7 @@ def _one(signs: RunSigns, channel: Channel, others: frozenset[Channel]) -> Clue:
 
 
 LAYERS: tuple[Rule, ...] = (driver, link, fresh, setting, mechanics)
-"""The rules, each of one layer, in the order in which measurements presuppose each other."""
+"""Rules, one per layer, ordered so that each layer's measurements presuppose the layers before."""
 
 
 @dataclass(frozen=True)
@@ -247,13 +247,13 @@ class Isolation:
     """Result of the rules on a run."""
 
     clues: tuple[Clue, ...] = ()
-    """Those of the explaining layer."""
+    """Clues of the explaining layer."""
     strong: frozenset[Suspect] = frozenset()
     weak: frozenset[Suspect] = frozenset()
 
     @property
     def group(self) -> frozenset[Suspect]:
-        """The ambiguity group: the strong suspects, else the weak ones."""
+        """Ambiguity group: strong suspects, else weak ones."""
         return self.strong or self.weak
 
 

@@ -1,4 +1,4 @@
-"""The main job: run experiments on a target and judge them."""
+"""Validation: experiments run on a target and judged."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import END_BY_ERROR, FINISHED, EndKind, RunEnd, aborted
 
 STOP_SHARE = 0.97
-"""Part of a window from which on a channel may meet its stop."""
+"""Threshold of the commanded fraction of a window; at or above it the channel may meet its end stop."""
 
 
 def validate(
@@ -41,7 +41,7 @@ def validate(
     progress: Progress = silent,
     on_result: Callable[[Validation], None] = lambda _: None,
 ) -> Validation:
-    """Run experiments on a target and judge them by its kind's limits.
+    """Run experiments on a target and judge the results by the limits for such hands.
 
     Ctrl-C and a signal that `aero.safety.unwinding` turns into an exit end the run and are noted in what is returned.
 
@@ -108,7 +108,7 @@ def validate(
 
 @contextmanager
 def _recorded(recorder: Recorder) -> Iterator[Recorder]:
-    """Finish a recorder that an exception leaves begun, so that its file, its log handler and its tap end."""
+    """Finish a recorder even after an exception, so that its file, log handler and tap are closed."""
     try:
         yield recorder
     except BaseException:
@@ -128,11 +128,11 @@ def _run(target: Target, name: str, record: Recorder, progress: Progress, set_li
 
 @contextmanager
 def _own_limits(target: Target) -> Iterator[Callable[[], None]]:
-    """Yield what gives a board its firmware's own limits; at the end those that this program had set before return.
+    """Yield a function that sets the firmware's own limits; on exit restore the limits that this program had set.
 
-    A board does not tell its limits. So those that another program has left are replaced for good, as a restart of the
-    board would do. A guarded hand has its limits from its guard. A board that knows no limits runs an older firmware
-    than was said, which what follows shows. A hand that can no longer be reached is left as it is.
+    A board does not report its limits, so limits from another program are overwritten for good, as by a restart. A
+    guarded hand keeps the guard's limits. A board without limit commands runs an older firmware than declared, which
+    the experiments reveal. Errors while restoring are ignored.
     """
     hand, before = target.hand, target.hand.settings_sent
     own = None if target.guard is not None else firmware_of(target.firmware).settings
@@ -160,17 +160,17 @@ def _own_limits(target: Target) -> Iterator[Callable[[], None]]:
 
 
 ONE_HAND = ("hand", "firmware", "window", "unit", "hand_id", "faults")
-"""Fields of a header that recordings of one hand agree in; what is empty is not known."""
+"""Header fields that must agree between recordings of one hand; an empty field is unknown."""
 
 
 def require_one_run(named: Mapping[str, Recording]) -> None:
-    """See that recordings, by the name of their file, are of one hand, and no two of one experiment.
+    """Raise unless recordings (by file name) are of one hand and each of another experiment.
 
     Raises:
         NotOneHandError: two are not; the message names them.
     """
     seen: dict[str, str] = {}
-    # A silent choice between two recordings would make a verdict by their order.
+    # Choosing silently between two recordings would make the verdict depend on their order.
     for name, recording in named.items():
         header = recording.header
         if (other := seen.setdefault(header.experiment, name)) != name:
@@ -186,11 +186,11 @@ def require_one_run(named: Mapping[str, Recording]) -> None:
 
 
 LONGEST_RUN = timedelta(days=1)
-"""Time between the recordings of one run; above it the hand may have changed."""
+"""Limit of the time between recordings of one run; above it the hand may have changed."""
 
 
 def _apart(one: Header, other: Header) -> str:
-    """Return a sentence on what separates two recordings in time or version, or ""."""
+    """Return a sentence on the time or version gap between two recordings, or ""."""
     if one.commit and other.commit and one.commit != other.commit:
         return f"they were made at the commits {one.commit[:12]} and {other.commit[:12]}"
     if one.started and other.started:
@@ -201,9 +201,9 @@ def _apart(one: Header, other: Header) -> str:
 
 
 def judge_recordings(recordings: Sequence[Recording]) -> Validation:
-    """Measure and judge recordings of one hand made earlier, by the limits of the hand in their headers.
+    """Measure and judge earlier recordings of one hand by the limits for the hand in their headers.
 
-    The recording of a whole session, which `validate` writes too, tells about the link.
+    The recording of a whole session, if present, is used to judge the link.
 
     Raises:
         ValueError: a recording is of no experiment of `EXPERIMENTS`, or its unit or its limits are unknown, or two are
@@ -217,7 +217,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     cut = tuple(r for r in recordings if not r.header.finished and r.header.experiment != WHOLE_RUN.name)
     for recording, judge in zip(recordings, judges, strict=True):
         name = recording.header.experiment
-        map_of(recording.header)  # an unknown firmware or window is the file's fault, and no finding about the hand
+        map_of(recording.header)  # an unknown firmware or window is an error of the file, not a finding about the hand
         if name == WHOLE_RUN.name:
             session = judge.link(recording) if recording.header.finished else None
         elif name not in EXPERIMENTS:
@@ -232,7 +232,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
 
 
 def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:
-    """Return the end of a run of nothing but experiments that the guard permits no hand with this firmware."""
+    """Return the end of a run whose requested experiments are all refused by the guard."""
     at = ", ".join(left_out)
     reason = (
         f"Firmware {firmware} has no torque limit, so the palm would stall the thumb at full torque, and the guard "
@@ -242,11 +242,11 @@ def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:
 
 
 def _failed_gate(results: Mapping[str, Result]) -> Result | None:
-    """Return the gate that failed, None when none did."""
+    """Return the failed gate, or None."""
     return next((one for name, one in results.items() if EXPERIMENTS[name].gate and failed(one.findings)), None)
 
 
 def _gentle_allowed(result: Result) -> bool:
-    """Return whether what failed at a gate lets the hand be moved gently."""
+    """Return whether a failed gate still permits gentle motion."""
     allowed = EXPERIMENTS[result.recording.header.experiment].gentle_after
     return all(finding.check in allowed for finding in failed(result.findings))
