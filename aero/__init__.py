@@ -1,7 +1,7 @@
-"""What runs against an Aero Hand Open, real or emulated: channels, actuation map, guarded driver.
+"""Library for an Aero Hand Open, real or emulated: channels, actuation map, guarded driver.
 
-NumPy and pyserial only. `open_hand` is the way to a hand that moves. The public names are imported when they are first
-asked for: the command line reads `aero.firmware` for its options, and should not load NumPy to print its help.
+Depends on NumPy and pyserial only; `open_hand` opens a hand for motion. Public names are imported lazily: the command
+line reads `aero.firmware` for its options and should not load NumPy to print its help.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """Import a public name from its home."""
+    """Import a public name from its module."""
     if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'aero' has no attribute {name!r}")

@@ -1,8 +1,8 @@
-"""The seven channels, the sixteen joints, and the three orders in which the world lists the channels.
+"""Seven channels, sixteen joints, and the three channel orders: command, wire and observation.
 
-Inside this project every array over channels is in **command order**, the order of `Channel`. The wire order exists
-only where host frames are packed, the observation order only where a policy's observation is made. Mixing them up is
-the mistake that users of this hand report most.
+Every array over channels in this project is in **command order**, the order of `Channel`. Only the packing of host
+frames uses the wire order, and only a policy's observation uses the observation order. Mixed-up orders are the most
+frequent mistake reported by users of this hand.
 
 Sources: paper section "Notation" (command order, joint box), `aero-open-firmware` d7bd82e (wire order = servo ID),
 the released tendon model `AeroCubeRotateZAxis` (observation order).
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 
 class Channel(IntEnum):
-    """The actuated channels in command order; the value is the index into every channel array."""
+    """Actuated channel; its value is the index into every channel array (command order)."""
 
     INDEX = 0
     MIDDLE = 1
@@ -34,7 +34,7 @@ class Channel(IntEnum):
 
     @property
     def title(self) -> str:
-        """Name as people read it, for example `Thumb CMC flexion`."""
+        """Display name, for example `Thumb CMC flexion`."""
         return self.label.replace("_", " ").capitalize().replace("cmc", "CMC")
 
 
@@ -62,11 +62,11 @@ OBSERVATION_ORDER = (
     Channel.THUMB_FLEXOR,
     Channel.THUMB_ABDUCTION,
 )
-"""Channel at each position of a policy's observation, which is the order of the released model's sensors."""
+"""Channel at each position of a policy's observation: the sensor order of the released model."""
 
 
 class Joint(IntEnum):
-    """The sixteen joints, finger by finger from the palm outwards, then the thumb."""
+    """Joint; fingers first, each from the palm outwards, then the thumb."""
 
     INDEX_MCP = 0
     INDEX_PIP = 1

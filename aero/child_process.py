@@ -1,4 +1,4 @@
-"""A child process: what it prints is read as it comes, and no wait for it lasts for ever."""
+"""Child process with line-wise output in reader threads and a time-out on every wait."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from typing import IO
 
 _LOG = logging.getLogger(__name__)
 READY = "ready"
-"""First word of the line that a child prints when it can be used."""
+"""First word of the line that a child prints once it is ready for use."""
 KILL_S = 5.0
-"""Time that a killed child has to go, and what reads its output to finish, s."""
+"""Time-out for a killed child and for each of its reader threads to end, s."""
 ERROR_LINES = 200
-"""Last lines of its standard error that are stored."""
+"""Number of last lines of a child's standard error that are stored."""
 
 
 class ChildError(RuntimeError):
-    """A child did not start, did not answer or did not end; the message has its name and what it printed."""
+    """A child did not start, answer or end in time; the message has the child's name and standard error."""
 
 
 PACKAGES = ("aero", "serial", "numpy")
-"""Packages that a child process imports first."""
+"""Packages whose folders precede all others but the standard library on a child's search path."""
 _ALL: weakref.WeakSet[ChildProcess] = weakref.WeakSet()
 
 
 class ChildProcess:
-    """A program in a session of its own, so that Ctrl-C in a terminal reaches its parent alone.
+    """Program in its own session, so that Ctrl-C in a terminal reaches only its parent.
 
-    A wait for it that fails, or that Ctrl-C interrupts, kills it. A process that this program forks lets go of it.
+    A wait that times out or is interrupted kills the child. A forked copy of this program closes its pipes.
     """
 
     def __init__(
@@ -50,30 +50,30 @@ class ChildProcess:
         on_error: Callable[[str], object] | None = None,
         own_errors: bool = True,
     ) -> None:
-        """Start it.
+        """Start the child.
 
         Args:
             command: program and arguments.
-            name: what messages call it.
-            on_line: called in another thread with each line that it prints, but for the one that says `ready`; without
-                it, lines wait for `read_line`.
-            on_error: called in another thread with each line of its standard error.
-            own_errors: whether its standard error is taken for messages; it shares that of this program otherwise.
+            name: name of the child in messages.
+            on_line: called in a reader thread with each output line except the `ready` line; None queues the lines for
+                `read_line`.
+            on_error: called in a reader thread with each line of standard error.
+            own_errors: whether to capture standard error for messages; False inherits this program's.
         """
         self._name = name
         self._lines: SimpleQueue[str | None] = SimpleQueue()
-        """None when it prints no more."""
+        """Lines for `read_line`; None marks the end of the output."""
         self._on_line = on_line or self._lines.put
         self._errors: deque[str] = deque(maxlen=ERROR_LINES)
         self._on_error = on_error
         pipe = subprocess.PIPE
-        # Without buffers, which have locks: a fork in the middle of a read would leave one locked in the child.
+        # Unbuffered, because buffers have locks: a fork during a read would leave a lock held for ever in the child.
         self._process = subprocess.Popen(
             command, stdin=pipe, stdout=pipe, stderr=pipe if own_errors else None, bufsize=0, start_new_session=True
         )
         readers = (self._read, self._read_errors) if own_errors else (self._read,)
         self.pid = self._process.pid
-        """Number of the process."""
+        """Process ID."""
         _ALL.add(self)
         self._readers: list[threading.Thread] = []
         try:
@@ -81,25 +81,25 @@ class ChildProcess:
                 thread = threading.Thread(target=reader, daemon=True)
                 thread.start()
                 self._readers.append(thread)
-        except BaseException:  # a child that nothing reads would wait for ever, and nobody refers to it
+        except BaseException:  # without readers the child blocks for ever, and the caller has no reference to kill it
             self.kill()
             raise
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended."""
+        """True until the process has ended."""
         return self._process.poll() is None
 
     @property
     def errors(self) -> str:
-        """What it has printed on standard error."""
+        """Last lines of the child's standard error."""
         return "\n".join(self._errors).strip()
 
     def wait_ready(self, timeout_s: float) -> str:
-        """Return what it prints after `ready`.
+        """Wait for the `ready` line and return its text after that word.
 
         Raises:
-            ChildError: it ends before, or is silent for `timeout_s`.
+            ChildError: the child ends first, or prints nothing for `timeout_s`.
         """
         while True:
             word, _, rest = self.read_line(timeout_s, "start").partition(" ")
@@ -107,10 +107,10 @@ class ChildProcess:
                 return rest
 
     def read_line(self, timeout_s: float, wanted: str = "answer") -> str:
-        """Return the next line that it prints; `wanted` is the verb that a message has for it.
+        """Return the next output line; `wanted` is the verb of the error message.
 
         Raises:
-            ChildError: it has ended, or prints none within `timeout_s`.
+            ChildError: the child has ended, or prints no line within `timeout_s`.
         """
         try:
             line = self._lines.get(timeout=timeout_s)
@@ -126,10 +126,10 @@ class ChildProcess:
         return line
 
     def send(self, text: str) -> None:
-        """Write to its standard input; this waits while the child does not read, and ends when it is killed.
+        """Write to the child's standard input; blocks while the child does not read, until it is killed.
 
         Raises:
-            BrokenPipeError: it has ended.
+            BrokenPipeError: the child has ended.
         """
         assert self._process.stdin is not None
         left = memoryview(text.encode())
@@ -137,26 +137,26 @@ class ChildProcess:
             left = left[self._process.stdin.write(left) :]
 
     def dismiss(self, last_words: str) -> None:
-        """Say the last thing to it, and end its input; it continues without this program."""
+        """Send `last_words` and close the child's input; the child continues without this program."""
         with suppress(BrokenPipeError):
             self.send(last_words)
         self._close(self._process.stdin)
 
     def wait(self, timeout_s: float) -> bool:
-        """Return whether it ends by itself within `timeout_s`."""
+        """Return whether the child ends by itself within `timeout_s`."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout_s)
         return not self.running
 
     def end(self, timeout_s: float, *, last_words: str | None = None) -> int:
-        """Let it end within `timeout_s`, and return its exit status.
+        """End the child within `timeout_s` and return its exit status.
 
         Args:
-            timeout_s: time that it has.
-            last_words: sent before its input is closed; it is told to terminate when None.
+            timeout_s: time-out, s; afterwards the child is killed.
+            last_words: sent before the input is closed; None terminates the child by a signal.
 
         Raises:
-            ChildError: it did not end in time.
+            ChildError: the child did not end in time.
         """
         try:
             if last_words is None:
@@ -171,7 +171,7 @@ class ChildProcess:
         return self._process.returncode
 
     def kill(self) -> None:
-        """End it at once, if it has not ended."""
+        """Kill the child if it still runs, and close its pipes."""
         if self.running:
             self._process.kill()
         self.wait(KILL_S)
@@ -183,7 +183,7 @@ class ChildProcess:
                 self._close(pipe)
 
     def _disown(self) -> None:
-        """Let go of its pipes after a fork, in the child: it is the parent's to end and to wait for."""
+        """Close the pipes in a forked copy of this program; only the original ends and waits for the child."""
         for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
             self._close(pipe)
         self._process.returncode = 0
@@ -213,12 +213,12 @@ class ChildProcess:
     def _deliver(self, subscriber: Callable[[str], object], line: str) -> None:
         try:
             subscriber(line)
-        except Exception:  # a subscriber does not stop the reading
+        except Exception:  # an error of a subscriber must not end the reader thread
             _LOG.exception("a line of %s is lost", self._name)
 
 
 def _lines_of(pipe: IO[bytes] | None) -> Iterator[str]:
-    """Yield the lines that come through a pipe, without their ends, until nobody can write to it any more."""
+    """Yield the lines of a pipe without their line ends, until its last writer has closed it."""
     assert pipe is not None
     rest = b""
     while some := os.read(pipe.fileno(), 65536):
@@ -229,10 +229,10 @@ def _lines_of(pipe: IO[bytes] | None) -> Iterator[str]:
 
 
 def python(code: str) -> list[str]:
-    """Return the command that runs `code` in this Python, with its search path: a project need not be installed.
+    """Return the command line that runs `code` in this Python with this process's search path.
 
-    The standard library and the folders of this program's packages come first. Otherwise a file such as `signal.py`
-    or `serial.py` in the present folder, which `python -m` puts first, would take their place.
+    The standard library and the folders of `PACKAGES` precede the rest of the path. Otherwise `signal.py` or
+    `serial.py` in the current folder, which `python -m` searches first, would shadow them.
     """
     library = tuple(sysconfig.get_path(name) for name in ("stdlib", "platstdlib"))
     ours = {str(Path(str(sys.modules[name].__file__)).parents[1]) for name in PACKAGES if name in sys.modules}

@@ -1,4 +1,4 @@
-"""Time as the driver sees it: something that tells the time and can be waited on."""
+"""Clock interface of the driver (read the time, wait until a time), the wall clock, and deadlines."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import NamedTuple, Protocol
 
 
 def _going_on() -> Callable[[], float]:
-    """Return a monotonic clock that runs while the machine sleeps, unlike Python's on Linux and macOS."""
-    for name in ("CLOCK_BOOTTIME", "CLOCK_MONOTONIC"):  # of Linux, and of macOS, which has no other
+    """Return a monotonic clock that counts suspended time, unlike `time.monotonic` on Linux and macOS."""
+    for name in ("CLOCK_BOOTTIME", "CLOCK_MONOTONIC"):  # Linux has the first, macOS only the second
         if hasattr(time, name):
             return partial(time.clock_gettime, getattr(time, name))
     return time.monotonic  # Windows
@@ -21,10 +21,10 @@ _NOW = _going_on()
 
 
 def positive_s(name: str, seconds: float) -> float:
-    """Return a time, s.
+    """Return `seconds` unchanged if positive and finite.
 
     Raises:
-        ValueError: it is not positive and finite; the message names it.
+        ValueError: zero, negative or not finite; the message has `name`.
     """
     if not (math.isfinite(seconds) and seconds > 0):
         raise ValueError(f"{name}: expected a positive time in s, got {seconds!r}")
@@ -32,10 +32,10 @@ def positive_s(name: str, seconds: float) -> float:
 
 
 def finite_s(t: float) -> float:
-    """Return a moment to wait for, s.
+    """Return `t` (s) unchanged if finite.
 
     Raises:
-        ValueError: it is not finite, so that it never comes or has always been.
+        ValueError: NaN or infinity.
     """
     if not math.isfinite(t):
         raise ValueError(f"sleep_until: expected a time in s, got {t!r}")
@@ -43,19 +43,19 @@ def finite_s(t: float) -> float:
 
 
 class Clock(Protocol):
-    """The one owner of time; real or virtual, seconds from an arbitrary start, never backwards."""
+    """Single owner of time, real or virtual: seconds from an arbitrary start, never decreasing."""
 
     def now(self) -> float:
         """Return the time in s."""
         ...
 
     def sleep_until(self, t: float) -> None:
-        """Return when `now()` is at least `t` (s); at once when it already is."""
+        """Wait until `now()` is at least `t` (s); return at once for a past time."""
         ...
 
 
 class WallClock:
-    """The machine's clock since it started, for real ports; it runs while the machine is suspended."""
+    """Time since this computer started, for real ports; counts suspended time."""
 
     def now(self) -> float:
         """Return the time in s."""
@@ -67,7 +67,7 @@ class WallClock:
 
 
 class Deadline(NamedTuple):
-    """A point in time that several waits share, so that retries cannot add up to more than was asked for."""
+    """Point in time shared by several waits, so that retries cannot exceed the caller's time-out."""
 
     clock: Clock
     at: float
@@ -84,5 +84,5 @@ class Deadline(NamedTuple):
 
     @property
     def expired(self) -> bool:
-        """Whether no time is left."""
+        """True once no time is left."""
         return self.remaining == 0.0

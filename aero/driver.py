@@ -1,4 +1,4 @@
-"""The driver: one Aero Hand Open, real or emulated, as seven channels in command order."""
+"""Driver of one Aero Hand Open, real or emulated, as seven channels in command order."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from aero.serial_transport import SerialTransport
 from aero.transport import Transport
 
 CURRENT_A_PER_UNIT = 6.5e-3
-"""Nominal scale of the current register. Doubtful: readings stop at the torque limit (700 units would be 4.6 A, the
-servo's maker states a 1.3 A peak), so a unit may well be a share of the stall current rather than 6.5 mA."""
+"""Nominal scale of the current register, A a unit. Doubtful: readings saturate at the torque limit (700 units would be
+4.6 A; the datasheet states a 1.3 A peak), so a unit may be a fraction of the stall current."""
 SPEED_RAD_PER_S_PER_UNIT = 0.732 * 2.0 * math.pi / 60.0
-"""Scale of the speed register, 0.732 rpm a unit."""
+"""Scale of the speed register: 0.732 rpm a unit."""
 
 TELEMETRY_AGE_S, TELEMETRY_AGE_PRE_S = 0.012, 0.032
-"""Age that a value may have when the board sends it, s: the telemetry's period and its reading of the bus, and the same
-with firmware `pre`. A cycle that meets a command is left out, which adds a period."""
+"""Largest age of a value when the board sends it, s: telemetry period plus bus read, then with firmware `pre`. A cycle
+that collides with a command is skipped, which adds a period."""
 
 _TRIM_TIMEOUT_S = 2.0
 _SET_ID_TIMEOUT_S = 5.0
@@ -38,11 +38,11 @@ HOMING_TIMEOUT_S = 200.0
 _TELEMETRY_PERIOD_S = 0.02
 _FIRST_TELEMETRY_TRIES = 3
 _ECHOED = (1, 2, 3, 4, 5, 6, 7)
-"""Words that no seven temperatures are."""
+"""Test words; they cannot be seven temperatures."""
 
 
 class LinkedHand(ABC):
-    """What a hand, guarded or not, tells without asking its board. It is closed at the end of a `with` statement."""
+    """Common part of a guarded and an unguarded hand: link state without an exchange. A `with` statement closes it."""
 
     def __init__(self, link: HostLink, clock: Clock) -> None:
         self._link = link
@@ -58,108 +58,108 @@ class LinkedHand(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Give the port back; a second call does nothing."""
+        """Release the port; a second call does nothing."""
 
     @property
     def name(self) -> str:
-        """What a person calls the link, for messages."""
+        """Display name of the link, for messages."""
         return self._link.name
 
     @property
     def restarts(self) -> int:
-        """How often the board has been seen to start; its speed and torque limits are back at their defaults then."""
+        """Number of board starts detected; a start resets speed and torque limits to their defaults."""
         return self._link.restarts
 
     @property
     def boot_text(self) -> str:
-        """What the board has printed at starts seen by this driver; non-empty means that it restarted meanwhile."""
+        """Boot text received by this driver; non-empty means that the board has restarted."""
         return self._link.boot_text
 
     @property
     def reading_age_s(self) -> float:
-        """How old the values of the last reading can be by now, s: the time since it was asked for.
+        """Time since the request of the latest reading, s, of any thread.
 
-        The board's own cache adds up to 12 ms, 32 ms with firmware `pre`. Of several threads' readings, the latest.
+        The board's telemetry cache adds up to 12 ms, 32 ms with firmware `pre`.
         """
         return self._clock.now() - self._link.read_from
 
     @property
     def settings_sent(self) -> Mapping[tuple[Opcode, Channel], int]:
-        """Speed and torque limits that this driver has set and the board still has, by opcode and channel.
+        """Speed and torque limits set by this driver since the board started, by opcode and channel.
 
-        No board tells its limits: what another program has set before is not known.
+        Limits set by another program are unknown, because no board reports its limits.
         """
         return dict(self._link.settings)
 
 
 class AeroHand(LinkedHand):
-    """An Aero Hand Open behind a transport.
+    """Unguarded Aero Hand Open on a transport.
 
-    Commands have no acknowledgement in this protocol; readings come from the board's telemetry cache and are normally
-    less than 12 ms old (32 ms with firmware `pre`), but stand still while the board homes. Threads may share a hand:
-    each call is one exchange under a lock.
+    The protocol does not acknowledge commands. Readings are from the board's telemetry cache and normally less than
+    12 ms old (32 ms with firmware `pre`), but stale while the board homes. Threads may share a hand: each call is one
+    exchange under a lock.
     """
 
     def __init__(self, transport: Transport, clock: Clock, longest_s: float = LATE_S) -> None:
-        """Wrap an open transport; `clock` tells the time and is waited on; a reading lasts `longest_s` (s) at most."""
+        """Wrap an open transport; `clock` is used for time and waits; `longest_s` (s) is the time-out of a reading."""
         super().__init__(HostLink(transport, clock, longest_s), clock)
         self._telemetry_seen_at_restart: int | None = None
 
     @classmethod
     def open_unguarded(cls, port_or_url: str) -> Self:
-        """Open a hand on a device path or pyserial URL that nothing watches; `aero.open_hand` is the way to move one.
+        """Open an unguarded hand on a device path or pyserial URL; to move a hand, prefer `aero.open_hand`.
 
-        It stays as its last command left it, closed at full torque perhaps, however the program ends.
+        After the program ends, the hand keeps its last command, possibly closed at full torque.
 
         Raises:
-            ConnectionError: the port cannot be opened; the message says why and which ports there are.
+            ConnectionError: the port cannot be opened; the message has the reason and the ports of this computer.
         """
         return cls(SerialTransport.open(port_or_url), WallClock())
 
     def close(self) -> None:
-        """Give the port back; the hand keeps holding its last command. A second call does nothing."""
+        """Release the port; the hand keeps its last command. A second call does nothing."""
         self._link.close()
 
     @property
     def disturbances(self) -> int:
-        """Exchanges that did not go as they should, and starts of the board."""
+        """Number of failed exchanges and of board starts."""
         return self._link.disturbances
 
     @property
     def silent_from(self) -> float | None:
-        """When the first of the requests was sent that the board leaves unanswered, clock s; None while it answers."""
+        """Send time of the first unanswered request, clock s; None while the board answers."""
         return self._link.silent_from
 
     def command_codes(self, codes: ArrayLike) -> None:
         """Send every channel to a position.
 
         Args:
-            codes: (7,) integers in 0..65535, command order; 0 is open, 65535 closed. An `ActuationMap` makes them.
+            codes: (7,) integers in 0..65535, command order; 0 is open, 65535 closed. See `ActuationMap`.
 
         Raises:
             ValueError: wrong shape, not integers, out of range; nothing is sent.
-            ConnectionError: the link is gone.
+            ConnectionError: the link is lost.
             DesyncError: the board may be out of step; nothing is sent until `resynchronise` succeeds.
         """
         frame = protocol.make_positions(codes)
         self._link.send(frame)
 
     def command_codes_blindly(self, codes: ArrayLike) -> None:
-        """Send every channel near a position, in bytes that do no harm if the board is out of step.
+        """Send every channel near a position, in bytes without opcodes, safe for a board that is out of step.
 
-        This is the only command that is sent between a `resynchronise` that failed and one that succeeds. A board
-        that is in step carries it out, with each code lowered by up to 1279.
+        This is the only command allowed after a failed `resynchronise`. A board in step executes it with each code
+        lowered by up to 1279.
 
-        Arguments and errors are those of `command_codes`, but DesyncError only for an earlier frame that may have gone
-        out incomplete.
+        Arguments and errors as `command_codes`, except that DesyncError is raised only if an earlier frame may have
+        been sent incompletely.
         """
         frame = protocol.make_harmless_positions(codes)
         self._link.send(frame, Content.HARMLESS_FRAME)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
-        """Pull every channel closed with a torque, without position control; there is no command that opens.
+        """Pull every channel closed with a torque, without position control; the protocol cannot pull open.
 
-        Firmware before 0.1.0 does not know it and does nothing.
+        Firmware before 0.1.0 ignores the command.
 
         Args:
             magnitudes: (7,) integers in 0..1000, torque register units (about 0.5 mN m), command order.
@@ -174,11 +174,10 @@ class AeroHand(LinkedHand):
     def read_codes(self) -> NDArray[np.uint16]:
         """Read positions, (7,) uint16 in 0..65535, command order, on the scale of `command_codes`.
 
-        A shaft beyond either end of its window reads as that end. One servo count is 20..58 codes, and the board rounds
-        towards 0.
+        Readings saturate at both ends of the window. One servo count is 20..58 codes, and the board rounds towards 0.
 
         Raises:
-            LinkTimeoutError, DesyncError, ConnectionError: no reply, no frame, no link.
+            LinkTimeoutError, DesyncError, ConnectionError: no reply, no valid frame, link lost.
             NoTelemetryError: the board has not reached all seven servos since it started.
         """
         return protocol.unsigned_values(self._read(Opcode.GET_POS))
@@ -186,8 +185,8 @@ class AeroHand(LinkedHand):
     def read_currents(self) -> NDArray[np.float64]:
         """Read motor currents, (7,) float, A, command order, at the nominal `CURRENT_A_PER_UNIT`.
 
-        The sign is the register's: positive pulls towards lower counts (seen on one physical hand). That closes all
-        channels of a right hand but the flexor, and of a left hand the flexor alone. Errors as `read_codes`.
+        Sign as in the register: positive pulls towards lower counts (observed on one physical hand). A positive current
+        closes all channels of a right hand but the flexor, and only the flexor of a left hand. Errors as `read_codes`.
         """
         return protocol.signed_values(self._read(Opcode.GET_CURR)).astype(np.float64) * CURRENT_A_PER_UNIT
 
@@ -198,54 +197,54 @@ class AeroHand(LinkedHand):
     def read_speeds(self) -> NDArray[np.float64]:
         """Read shaft speeds, (7,) float, rad/s, command order; errors as `read_codes`.
 
-        The sign is the register's: positive towards higher counts, by Feetech's convention and not yet seen on a hand.
+        Sign as in the register: positive towards higher counts by Feetech's convention, not yet verified on a hand.
         """
         return protocol.signed_values(self._read(Opcode.GET_VEL)).astype(np.float64) * SPEED_RAD_PER_S_PER_UNIT
 
     def set_speed(self, channel: Channel, register_units: int) -> None:
-        """Limit one channel's speed (0..32766 register units; 32766 is no limit) from the next position command on.
+        """Set one channel's speed limit (0..32766 register units; 32766 disables it), effective with the next position.
 
-        The board forgets it at a restart.
+        A restart of the board resets the limit.
 
         Raises:
             ValueError: out of range; nothing is sent.
-            RefusedError: the board stored something else.
+            RefusedError: the board stored another value.
         """
         self._set(Opcode.SET_SPE, channel, register_units, protocol.make_set_speed(channel, register_units))
 
     def set_torque(self, channel: Channel, register_units: int) -> None:
-        """Limit one channel's torque (0..1023 register units) from the next position command on; as `set_speed`."""
+        """Set one channel's torque limit (0..1023 register units); otherwise as `set_speed`."""
         self._set(Opcode.SET_TOR, channel, register_units, protocol.make_set_torque(channel, register_units))
 
     def knows(self, opcode: Opcode) -> bool:
-        """Return whether the board knows SET_TOR (all but firmware `pre`) or CALIBRATE_MID (`main` alone).
+        """Return whether the board knows SET_TOR (all but firmware `pre`) or CALIBRATE_MID (only `main`).
 
-        It is asked about a channel that no board has, and refuses, or does not know the request and says nothing. This
-        changes nothing. Errors as `read_codes`.
+        The request names an invalid channel: a board that knows the opcode refuses, another one does not reply. No
+        setting changes. Errors as `read_codes`.
         """
         try:
             self._link.ask(protocol.make_refused(opcode))
         except LinkTimeoutError:
-            self._query(Opcode.GET_TEMP)  # silent about this alone, or altogether?
+            self._query(Opcode.GET_TEMP)  # raises if the board answers nothing at all
             return False
         return True
 
     def trim(self, channel: Channel, degrees: int) -> Trimmed:
-        """Shift one channel's extended end by whole degrees (-360..360) of its shaft, kept over restarts; not repeated.
+        """Shift one channel's extended end by whole degrees (-360..360) of its shaft; sent once, without retry.
 
-        Trims add up until the next homing, which drops them, as does power-on with firmware 0.1.3 and later. A trim by
-        0 changes nothing; with firmware `main` it tells where the servo stands.
+        The board stores trims over restarts. They add up until the next homing, or power-on with firmware 0.1.3 and
+        later. A trim by 0 changes nothing; with firmware `main` its reply has the servo's position.
         """
         return protocol.trimmed(self._acknowledged(protocol.make_trim(channel, degrees), channel, _TRIM_TIMEOUT_S))
 
     def calibrate_mid(self, channel: Channel) -> Centred:
-        """Make a channel's present position 2048 counts, the middle of its servo's turn; firmware `main` alone.
+        """Redefine a channel's current position as 2048 counts, mid-turn of its servo; only with firmware `main`.
 
-        The board's window stays as it is, so that every command means another angle afterwards: **the finger may jump
-        with the next command**. The servo keeps it over power-off, until the next homing. Not repeated.
+        The command window does not move with the zero, so every code means another angle afterwards: **the finger may
+        jump with the next command**. The servo stores its zero over power-off, until the next homing. Sent once.
 
         Raises:
-            LinkTimeoutError: the board is older than `main`, or silent.
+            LinkTimeoutError: the firmware is older than `main`, or the board does not answer.
             RefusedError: the board is in torque mode, or the servo did not answer; its zero may have moved.
         """
         result = protocol.centred(self._acknowledged(protocol.make_calibrate_mid(channel), channel, _TRIM_TIMEOUT_S))
@@ -257,15 +256,15 @@ class AeroHand(LinkedHand):
         return result
 
     def home(self, timeout_s: float = HOMING_TIMEOUT_S) -> None:
-        """Home all channels and wait until the board says that it is done: about 4 s, a minute up to firmware 0.1.2.
+        """Home all channels and wait for the acknowledgement: about 4 s, a minute up to firmware 0.1.2.
 
-        The acknowledgement is sent even if a servo is missing or never met its stop, so look at the positions after it.
+        The board acknowledges even if a servo is missing or never met its stop, so check the positions afterwards.
 
         Args:
-            timeout_s: patience, s; the longest homing, firmware 0.1.2 with every search timing out, takes 194 s.
+            timeout_s: time-out, s; the longest homing (0.1.2, every search timing out) takes 194 s.
 
         Raises:
-            ValueError: no such time; nothing is sent.
+            ValueError: the time-out is not positive and finite; nothing is sent.
             LinkTimeoutError: no acknowledgement within `timeout_s`.
         """
         positive_s("timeout_s", timeout_s)
@@ -273,14 +272,14 @@ class AeroHand(LinkedHand):
         self._wait(2 * _TELEMETRY_PERIOD_S)
 
     def set_id(self, new_id: int, current_limit: int) -> int:
-        """Give the only servo on the bus an ID (0..253) and a current limit (0..1023 register units).
+        """Set the ID (0..253) and the current limit (0..1023 register units) of the only servo on the bus.
 
         Returns:
-            The ID it had.
+            Previous ID of the servo.
 
         Raises:
             ValueError: out of range; nothing is sent.
-            RefusedError: no servo, more than one, or the servo did not keep the setting.
+            RefusedError: no servo, more than one, or the servo did not store the setting.
         """
         frame = protocol.make_set_id(new_id, current_limit)
         reply = self._link.ask(frame, _SET_ID_TIMEOUT_S).reply
@@ -296,19 +295,19 @@ class AeroHand(LinkedHand):
         return old_id
 
     def resynchronise(self) -> int:
-        """Bring a board that waits for the rest of a broken frame back into step; three seconds when it is silent.
+        """Resynchronise a board that waits for the rest of an incomplete frame; takes three seconds if none answers.
 
-        The broken frame itself is completed with zeros and carried out, because the board offers no way to drop it: a
-        position command then opens the channels that it had not got to.
+        The incomplete frame is padded with zeros and executed, because the board cannot drop it: a position command
+        then opens the channels missing from the frame.
 
-        Once it has begun, nothing else is sent until it has succeeded: a search that failed may itself have left the
-        board out of step, where it would take a position for an opcode.
+        Until a search succeeds, all other commands are refused: a failed search may itself leave the board out of
+        step, so that it would read a position as an opcode.
 
         Returns:
-            The stray bytes that the board held, 0..15.
+            Number of stray bytes in the board's buffer, 0..15.
 
         Raises:
-            LinkTimeoutError: the board stays silent; call it again.
+            LinkTimeoutError: the board does not answer; call this method again.
         """
         return self._link.resynchronise()
 
@@ -321,7 +320,7 @@ class AeroHand(LinkedHand):
                 return reply
             self._wait(_TELEMETRY_PERIOD_S)
             reply = self._query(opcode)
-        # The board ignores the words of a query; a loop-back, or an adapter that echoes, gives them back.
+        # The board ignores the words of a query; a loop-back or an echoing adapter returns them.
         probe = protocol.make_reply(Opcode.GET_TEMP, _ECHOED)
         if {*self._link.ask(probe).reply.words} == {*_ECHOED}:
             raise EchoError(

@@ -1,7 +1,7 @@
-"""What can go wrong between a program and a hand, named after who is to blame; every message ends with a remedy.
+"""Errors between a program and a hand, classified by cause; every message ends with a remedy.
 
-A link that is gone (unplugged, closed by the other side) is Python's own `ConnectionError`, an argument that must not
-be sent is a `ValueError`; what is here is wrong beyond the port.
+A lost link (unplugged, closed by the other side) raises `ConnectionError`, an invalid argument `ValueError`; the errors
+below have their cause beyond the port.
 """
 
 from __future__ import annotations
@@ -10,26 +10,26 @@ from aero.exit_code import Exit
 
 
 class AeroError(Exception):
-    """Base of the errors below, for programs that treat them alike."""
+    """Base class of all errors below."""
 
     exit_code = Exit.NO_HAND
 
 
 class LinkTimeoutError(AeroError, TimeoutError):
-    """The board said nothing within the time it was given."""
+    """The board did not reply within the time-out."""
 
 
 class DesyncError(AeroError):
-    """Bytes came or went that are no frame; board and host disagree where frames start."""
+    """Incomplete or invalid frame sent or received: board and host disagree on where frames start."""
 
 
 class RefusedError(AeroError):
-    """The board understood the request and turned it down."""
+    """The board understood the request and refused it."""
 
 
 class NoTelemetryError(AeroError):
-    """The board answers, but not one of its telemetry cycles has reached all seven servos since it started."""
+    """The board answers, but since its start no telemetry cycle has read all seven servos."""
 
 
 class EchoError(AeroError):
-    """The line echoes what is sent, and nothing else answers."""
+    """The line only echoes the sent bytes; no hand answers."""

@@ -1,4 +1,4 @@
-"""Exit codes: an exception of ours carries the one that its kind of ending has, as `exit_code`."""
+"""Exit codes; exceptions of this project carry theirs as `exit_code`."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from enum import IntEnum
 
 
 class Exit(IntEnum):
-    """Exit codes; docs/commands.md has the same table."""
+    """Exit code of the command line, as tabulated in docs/commands.md."""
 
     WITHIN_LIMITS = 0
-    """Done; what was judged is within limits."""
+    """Completed; all judged values within limits."""
     OUT_OF_LIMITS = 1
-    """Done; something that was judged is out of limits."""
+    """Completed; at least one judged value out of limits."""
     USAGE = 2
-    """An option, an argument or a file that was given cannot be used."""
+    """Invalid option, argument or input file."""
     NO_HAND = 3
     """No hand answers, or the link was lost."""
     STOPPED = 4
-    """The guard stopped the hand, or did not let it move."""
+    """The guard stopped the hand, or refused to move it."""
     NOT_WRITTEN = 5
     """A result could not be written."""
     FIRMWARE = 6
-    """A firmware program ended, hangs, or was stopped by a sanitizer."""
+    """A firmware program ended, hung, or was stopped by a sanitizer."""
     HOST_BUSY = 7
-    """This computer was held up too often for a verdict."""
+    """Scheduling delays of this computer were too frequent for a verdict."""
     DEFECT = 70
-    """A mistake of this program."""
+    """Bug in this program."""

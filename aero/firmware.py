@@ -1,7 +1,7 @@
-"""What driver, guard, doctor and limits must know of each firmware version: one row each.
+"""Firmware table for driver, guard, doctor and limits: one row a version.
 
-A new version is a row here and one in `firmware_emulator/firmware/profiles.py`, which the emulated board is made from.
-The two share nothing, so that a misread fact makes them disagree.
+A new version needs a row here and one in `firmware_emulator/firmware/profiles.py`, the source of the emulated board.
+The tables share no code, so that a misread fact shows as a disagreement.
 
 Sources: aero-open-firmware 46bc858 (`pre`), d7bd82e (0.1.0); aero-hand-open 890c98b (0.1.1), 5726320 (0.1.3), 495c161
 (0.1.4), a39be56 (0.1.5), 6a3022d (0.2.0), dd91e5a (`main`, the main branch since July 2026); the shipped image of
@@ -26,46 +26,46 @@ class ServoSettings:
 
 
 class BootText(Enum):
-    """What a board prints when it starts, as far as versions differ."""
+    """Content of the boot text, where versions differ."""
 
     PINGS = auto()
-    """It asks each servo, and does not name the hand."""
+    """Ping result of each servo, without the hand's side."""
     HAND_AND_PINGS = auto()
-    """It names the hand and asks each servo."""
+    """Side of the hand and ping result of each servo."""
     AUTO_HOMING = auto()
-    """It says that it homes by itself."""
+    """Announcement of automatic homing."""
     RESET_AND_PINGS = auto()
-    """It says why it started, and asks each servo."""
+    """Reset reason and ping result of each servo."""
     RESET = auto()
-    """It says why it started."""
+    """Reset reason."""
 
 
 @dataclass(frozen=True)
 class Firmware:
-    """One version."""
+    """Properties of one firmware version."""
 
     version: str
-    """Name, for example `0.2.0`; `pre` is the unreleased one of October 2025 that the paper's hand ran."""
+    """Name, for example `0.2.0`; `pre` is the unreleased version of October 2025 on the paper's hand."""
     moves_as: str
-    """Oldest version with the same motion profile, torque, homing and windows: hands of both have the same limits."""
+    """Oldest version with equal motion profile, torque, homing and windows; it has equal check limits."""
     boot_text: BootText
     settings: ServoSettings | None = None
-    """Limits that it starts with, which a guard restores after its slow opening; None where it cannot set any."""
+    """Servo limits at start, restored by a guard after its slow opening; None without such settings."""
     calibration_states: tuple[str, ...] = ("unshifted",)
-    """States of its command windows, the typical one first; see `aero.actuation.CommandWindow`."""
+    """Possible states of the command windows, the typical one first; see `aero.actuation.CommandWindow`."""
     calibrate_mid: bool = False
-    """Whether it knows CALIBRATE_MID."""
+    """Support of CALIBRATE_MID."""
     homing_s: float = 4.0
-    """Time that a healthy hand takes to home, s."""
+    """Homing time of a healthy hand, s."""
 
 
 LONGEST_BOOT_S = 50.0
-"""Time after power returned in which a board answers that homes by itself and finds nothing, s."""
+"""Longest time from power-on to the first reply, s: automatic homing with every search timing out."""
 
 
 FULL, WEAKER = ServoSettings(32766, 1023), ServoSettings(32766, 700)
 THUMB_STATES = ("homed", "unshifted", "mixed")
-"""Calibration states of a version whose homing shifts windows of the thumb."""
+"""Calibration states of a version with thumb windows shifted by homing."""
 _ROWS = (
     Firmware("pre", "pre", BootText.PINGS, homing_s=59.0),
     Firmware("0.1.0", "0.1.0", BootText.HAND_AND_PINGS, FULL, homing_s=57.0),
@@ -78,18 +78,18 @@ _ROWS = (
     Firmware("main", "0.2.0", BootText.RESET, WEAKER, THUMB_STATES, calibrate_mid=True),
 )
 FIRMWARE: dict[str, Firmware] = {row.version: row for row in _ROWS}
-"""Every version, oldest first."""
+"""Rows by version, oldest first."""
 DEFAULT_FIRMWARE = "0.2.0"
-"""Taken for what a hand runs when nothing is said: the newest release."""
+"""Assumed version of a hand if the user names none: the newest release."""
 VERSION_GROUPS = tuple(tuple(row.version for row in rows) for _, rows in groupby(_ROWS, key=lambda row: row.moves_as))
-"""Versions in groups that move alike."""
+"""Groups of versions with equal motion."""
 
 
 def firmware_of(version: str) -> Firmware:
     """Return the row of a version.
 
     Raises:
-        ValueError: no such version.
+        ValueError: unknown version.
     """
     if version not in FIRMWARE:
         raise ValueError(f"unknown firmware {version!r}; known are {', '.join(FIRMWARE)}")

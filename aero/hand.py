@@ -1,4 +1,4 @@
-"""A hand, guarded or not, and the way to one on a port: guarded from the first motion to the last."""
+"""Hand type for experiments, and `open_hand` for a guarded hand on a port."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aero.safety import GuardedHand, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 
 Hand = AeroHand | GuardedHand
-"""What every experiment moves. `AeroHand` describes each call; `GuardedHand` has the same and says what it adds."""
+"""Hand moved by an experiment. `AeroHand` documents each call; `GuardedHand` documents only its differences."""
 
 
 @contextmanager
@@ -25,23 +25,23 @@ def open_hand(
     hand: str = "right",
     thresholds: Thresholds | None = None,
 ) -> Iterator[GuardedHand]:
-    """Open a hand that starts gently, is watched while it moves, and is left open and weak.
+    """Open a guarded hand: gentle start, polled while it moves, open and weak at the end.
 
-    Use it in a `with` statement. A second process opens it should this one be killed. SIGTERM and SIGHUP end the block
-    as Ctrl-C does. Wait on `hand.clock`, which watches meanwhile. `AeroHand.open_unguarded` is for a hand that nothing
-    watches.
+    Use it in a `with` statement. A standby process opens the hand if this process is killed. SIGTERM and SIGHUP end the
+    block as Ctrl-C does. Wait on `hand.clock`, which polls the hand meanwhile. For an unguarded hand use
+    `AeroHand.open_unguarded`.
 
     Args:
         port_or_url: device path or pyserial URL.
-        firmware: version that the hand runs, which no board can report.
-        calibration: state of its command windows, `CommandWindow.for_firmware`.
+        firmware: version on the hand; no board reports it.
+        calibration: state of the command windows, see `CommandWindow.for_firmware`.
         hand: side, `right` or `left`.
-        thresholds: when to stop; the defaults when None.
+        thresholds: stop criteria; None for the defaults.
 
     Raises:
         ValueError: an unknown firmware, calibration or side.
-        ConnectionError: the port cannot be opened; the message says why and which ports there are.
-        SafetyStopError: on leaving, the hand may not be open; the message says what to do.
+        ConnectionError: the port cannot be opened; the message has the reason and the ports of this computer.
+        SafetyStopError: at the end of the block the hand may not be open; the message has a remedy.
     """
     limits, usual = thresholds or Thresholds(), firmware_of(firmware).settings
     spans = CommandWindow.for_firmware(firmware, calibration, hand).spans_counts()

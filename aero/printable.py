@@ -1,4 +1,4 @@
-"""Text as a terminal may show it: control characters of files, boards and other programs become escapes."""
+"""Escape control characters in text of files, boards and other programs, for a terminal."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ _UNSAFE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u206
 
 
 def printable(text: str) -> str:
-    """Return text as it can be shown: a recording, a unit or a board may hold escape sequences of a terminal."""
+    """Return text with control characters escaped: a recording, a unit file or a board may send terminal sequences."""
     return _UNSAFE.sub(lambda found: ascii(found[0])[1:-1], text)

@@ -1,12 +1,12 @@
-"""The host protocol as the driver speaks it: bytes in, values out, and no port, clock or thread in here.
+"""Codec of the host protocol: bytes in, values out; no port, clock or thread.
 
-Every frame has sixteen bytes in both directions: opcode, filler, seven little-endian words. There is no checksum, no
-start mark and no sequence number. The board takes bytes sixteen at a time and never looks for a frame's start, so a
-single stray byte shifts everything after it; the host can do better because a reply starts with a known opcode and a
-zero filler, and because nothing but boot text is ever sent unasked.
+Every frame has sixteen bytes in both directions: opcode, filler, seven little-endian words. There is no checksum, start
+mark or sequence number. The board reads bytes sixteen at a time and never searches for a frame start, so one stray byte
+shifts all later frames. The host can resynchronise, because a reply starts with a known opcode and a zero filler, and
+the only unsolicited bytes are boot text.
 
-The words of a frame are in wire order, which is the servos' ID order. This is the only module of the driver that
-knows it: what goes in and what comes out is in command order.
+The words of a frame are in wire order, which is the servos' ID order. Only this module of the driver uses wire order;
+all arguments and results are in command order.
 
 Source: TetherIA aero-open-firmware d7bd82e and aero-hand-open 6a3022d (firmware 0.1.0 and 0.2.0, same frames), dd91e5a
 (`main`: CALIBRATE_MID and the longer acknowledgement of TRIM).
@@ -30,28 +30,28 @@ _FRAME = struct.Struct("<BB7H")
 FILLER = 0
 """Second byte of a frame."""
 _HEAD = range(2)
-"""Bytes of a frame by which a reply is known."""
+"""Indices of the bytes that identify a reply."""
 _CHANNELS = len(Channel)
-# Of seven values, which stay plain numbers: for so few, arrays cost more than they spare.
+# Plain numbers, because for seven values an array costs more time than it saves.
 _to_wire = itemgetter(*map(int, WIRE_ORDER))
 _from_wire = itemgetter(*(WIRE_ORDER.index(channel) for channel in Channel))
 
 MAX_CODE = 0xFFFF
-"""Largest position code; 0 is one end of the command window and this the other, closed one."""
+"""Position code of the closed end of the command window; 0 is the open end."""
 MAX_TORQUE_COMMAND = 1000
-"""Largest magnitude in torque mode; the board clamps there."""
+"""Largest magnitude in torque mode; the board clips larger ones."""
 MAX_SPEED_SETTING = 32766
 """Largest speed register value that the board stores."""
 MAX_TORQUE_SETTING = 1023
 """Largest torque limit that the board stores."""
 MAX_SERVO_ID = 253
-"""Largest ID a servo can be given."""
+"""Largest settable servo ID."""
 REFUSED_CHANNEL = 0xFFFF
 """First word of a refused setting's acknowledgement."""
 
 BOOT_TEXT_MARKS = (b"ESP-ROM:", b"[BOOT]", b"[Init]", b"  ID ", b"Servo ")
-"""Fragments of which at least one is in any stretch of text that a starting board prints: the chip's ROM, which a host
-sees that is connected while the board restarts, and firmwares pre to 0.2.0."""
+"""Fragments that identify boot text; any stretch of it has at least one. Sources: the chip's ROM, seen by a host that
+is connected during a restart, and firmware `pre` to 0.2.0."""
 
 
 class Opcode(IntEnum):
@@ -72,31 +72,31 @@ class Opcode(IntEnum):
 
 
 READINGS = (Opcode.GET_TEMP, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_POS)
-"""Queries that change nothing, whenever they are carried out."""
+"""Queries without side effects, safe at any time."""
 
 _HARMLESS_BELOW = [max({*range(byte + 1)} - {*Opcode}) for byte in range(256)]
-"""The next byte from each one down that is no opcode."""
+"""Largest byte up to each index that is not an opcode."""
 
 SINCE = {
     **dict.fromkeys((Opcode.CTRL_TOR, Opcode.SET_SPE, Opcode.SET_TOR), "0.1.0"),
     Opcode.CALIBRATE_MID: "`main` of July 2026",
 }
-"""The firmware that first knew an opcode; earlier ones drop the frame and say nothing."""
+"""First firmware that knows an opcode; earlier ones drop the frame without a reply."""
 
 _NO_CHANNEL = {Opcode.SET_TOR: REFUSED_CHANNEL, Opcode.CALIBRATE_MID: len(Channel)}
-"""A channel that no board has, in a request for it to refuse."""
+"""Invalid channel by opcode, for a request that the board must refuse."""
 
 PADDING = b"\0"
-"""A byte that does no harm wherever the board reads it: opcode 0 is unknown and swallows its frame in silence."""
+"""Byte that is harmless at every alignment: the board ignores a frame with opcode 0."""
 
 
 class Reply(NamedTuple):
     """One frame from the board."""
 
     opcode: int
-    """First byte; an `Opcode` in every reply the board sends."""
+    """First byte; an `Opcode` in every genuine reply."""
     words: tuple[int, ...]
-    """Seven unsigned words in the order of the wire."""
+    """Seven unsigned words in wire order."""
 
 
 @lru_cache
@@ -106,12 +106,12 @@ def make_query(opcode: Opcode) -> bytes:
 
 
 def position_codes(codes: ArrayLike) -> NDArray[np.int64]:
-    """Return a copy of position codes (7,) that nobody else can change; raises as `make_positions`."""
+    """Return a read-only copy of position codes (7,); raises as `make_positions`."""
     return _constant(_checked_words(codes, MAX_CODE, "position codes"))
 
 
 def torque_magnitudes(magnitudes: ArrayLike) -> NDArray[np.int64]:
-    """Return a copy of torque magnitudes (7,) that nobody else can change; raises as `make_torques`."""
+    """Return a read-only copy of torque magnitudes (7,); raises as `make_torques`."""
     return _constant(_checked_words(magnitudes, MAX_TORQUE_COMMAND, "torque magnitudes"))
 
 
@@ -128,15 +128,15 @@ def make_positions(codes: ArrayLike) -> bytes:
 
 
 def make_harmless_positions(codes: ArrayLike) -> bytes:
-    """Return a position command that does no harm to a board which is out of step, wherever it begins to read.
+    """Return a position command that is harmless at every alignment, for a board that may be out of step.
 
-    No byte after the first is an opcode. For this each code is lowered by up to 1279 of 65535. As `make_positions`.
+    No byte after the first is an opcode; each code is lowered by up to 1279 of 65535. Otherwise as `make_positions`.
     """
     return make_positions([_HARMLESS_BELOW[code >> 8] << 8 for code in position_codes(codes).tolist()])
 
 
 def make_torques(magnitudes: ArrayLike) -> bytes:
-    """Return a torque command; every channel is pulled closed, the protocol has no other direction.
+    """Return a torque command, which pulls every channel closed; the protocol has no opening torque.
 
     The magnitudes (7,) are integers in 0..1000, units of the servo's torque register; otherwise as `make_positions`.
     """
@@ -144,12 +144,12 @@ def make_torques(magnitudes: ArrayLike) -> bytes:
 
 
 def make_set_speed(channel: Channel, register_units: int) -> bytes:
-    """Return a request to limit one channel's speed to 0..32766 register units from its next position command on."""
+    """Return a request for a speed limit of one channel, 0..32766 register units, effective with its next position."""
     return _make_setting(Opcode.SET_SPE, channel, _checked_int(register_units, 0, MAX_SPEED_SETTING, "speed setting"))
 
 
 def make_set_torque(channel: Channel, register_units: int) -> bytes:
-    """Return a request to limit one channel's torque to 0..1023 register units from its next position command on."""
+    """Return a request for a torque limit of one channel, 0..1023 register units, effective with its next position."""
     return _make_setting(Opcode.SET_TOR, channel, _checked_int(register_units, 0, MAX_TORQUE_SETTING, "torque setting"))
 
 
@@ -159,14 +159,14 @@ def make_trim(channel: Channel, degrees: int) -> bytes:
 
 
 def make_calibrate_mid(channel: Channel) -> bytes:
-    """Return a request to make a channel's present position 2048 counts, the middle of its servo's turn."""
+    """Return a request to redefine a channel's current position as 2048 counts, mid-turn of its servo."""
     return _FRAME.pack(Opcode.CALIBRATE_MID, FILLER, wire_index(channel), 0, 0, 0, 0, 0, 0)
 
 
 def make_refused(opcode: Opcode) -> bytes:
-    """Return a request about a channel that no board has: a board that knows SET_TOR or CALIBRATE_MID refuses it.
+    """Return a SET_TOR or CALIBRATE_MID request for an invalid channel.
 
-    One that does not know it says nothing. Nothing changes.
+    A board that knows the opcode refuses the request, another one does not reply. No setting changes.
 
     Raises:
         ValueError: another opcode.
@@ -177,7 +177,7 @@ def make_refused(opcode: Opcode) -> bytes:
 
 
 def make_set_id(new_id: int, current_limit: int) -> bytes:
-    """Return a request to give the only servo on the bus `new_id` (0..253) and a current limit (0..1023 units)."""
+    """Return a request to set ID (0..253) and current limit (0..1023 units) of the only servo on the bus."""
     words = [
         _checked_int(new_id, 0, MAX_SERVO_ID, "servo ID"),
         _checked_int(current_limit, 0, MAX_TORQUE_SETTING, "current limit"),
@@ -186,7 +186,7 @@ def make_set_id(new_id: int, current_limit: int) -> bytes:
 
 
 def parse_reply(frame: bytes) -> Reply:
-    """Take a frame of exactly sixteen bytes apart.
+    """Parse a frame of exactly sixteen bytes.
 
     Raises:
         ValueError: another length.
@@ -198,10 +198,10 @@ def parse_reply(frame: bytes) -> Reply:
 
 
 def make_reply(opcode: Opcode, values: ArrayLike) -> bytes:
-    """Return the reply that carries values (7,), command order, rounded to its words; negative ones as int16.
+    """Return a reply with values (7,), command order, rounded to integers; negative ones as int16.
 
     Raises:
-        ValueError: wrong shape, or no word holds one of them.
+        ValueError: wrong shape, or a value outside -32768..65535.
     """
     array = np.asarray(values, np.float64)
     if array.shape != (_CHANNELS,) or not ((array > -0x8000 - 0.5) & (array < MAX_CODE + 0.5)).all():
@@ -211,38 +211,38 @@ def make_reply(opcode: Opcode, values: ArrayLike) -> bytes:
 
 
 UNREAD = 0xFFFF
-"""Position word when the board could not read the servo, or a step before it failed."""
+"""Position word if the board could not read the servo, or an earlier step failed."""
 
 
 class Trimmed(NamedTuple):
-    """The acknowledgement of a trim."""
+    """Acknowledgement of a trim."""
 
     extend_counts: int
-    """The extended end of the channel's window, servo counts 0..4095."""
+    """Extended end of the channel's window, servo counts 0..4095."""
     position_counts: int | None
-    """Where the servo stands, counts 0..4095. None with firmware before `main`, and where the servo reads below 0; a
-    servo that did not answer comes out as 1."""
+    """Servo position, counts 0..4095. None with firmware before `main` or for a position below 0; 1 if the servo did
+    not answer."""
 
 
 class Centred(NamedTuple):
-    """The acknowledgement of a calibration."""
+    """Acknowledgement of a calibration."""
 
     position_counts: int
-    """Where the servo stands now, counts 0..4095; about 2048."""
+    """Servo position after the calibration, counts 0..4095; about 2048."""
     code: int
-    """The same place as a position code, 0..65535."""
+    """Servo position after the calibration as a position code, 0..65535."""
     near_middle: bool
-    """Whether the board takes it for the middle, 2000 to 2096 counts."""
+    """True if the board accepts the position as mid-turn, 2000 to 2096 counts."""
 
 
 def trimmed(reply: Reply) -> Trimmed:
-    """Take the acknowledgement of a trim apart; its fifth word is the version of the longer form, 0 without one."""
+    """Parse the acknowledgement of a trim; word 5 is the version of the long form, 0 in the short form."""
     _, extend, position, _, version = reply.words[:5]
     return Trimmed(extend, position if version and position != UNREAD else None)
 
 
 def centred(reply: Reply) -> Centred | None:
-    """Take the acknowledgement of a calibration apart; None when the board refused it or a step failed."""
+    """Parse the acknowledgement of a calibration; None if the board refused it or a step failed."""
     _, position, code, far = reply.words[:4]
     return None if position == UNREAD else Centred(position, code, far == 0)
 
@@ -258,25 +258,25 @@ def signed_values(reply: Reply) -> NDArray[np.int16]:
 
 
 def wire_index(channel: Channel) -> int:
-    """Return the number by which the board knows a channel, which is also its servo's ID."""
+    """Return a channel's index on the wire, which is also its servo's ID."""
     return WIRE_ORDER.index(channel)
 
 
 def holds_boot_text(data: bytes) -> bool:
-    """Whether a starting board printed some of `data`."""
+    """Return whether `data` contains boot text."""
     return any(mark in data for mark in BOOT_TEXT_MARKS)
 
 
 class ReplyScanner:
-    """Finds the next reply in a stream that may also hold boot text and fragments.
+    """Scanner for the next reply in a stream with boot text and fragments.
 
-    It is the first place that looks like the start of one of the replies that can come. Taking the stream apart in
-    whole frames keeps a value that looks like a start, as 35 °C does, from being taken for one. Without a checksum a
-    fragment can still pass for a reply; then bytes are left over, which are a fault.
+    A reply begins at the first bytes that match the start of an expected one. Consuming whole frames prevents false
+    starts at a value such as 35 °C, which looks like an opcode. Without a checksum a fragment can still pass for a
+    reply; the surplus bytes then reveal the fault.
     """
 
     def __init__(self, *opcodes: Opcode) -> None:
-        """Look for replies with any of `opcodes`."""
+        """Expect replies with any of `opcodes`."""
         self._heads = [bytes((opcode, FILLER)) for opcode in opcodes]
         self._buffer = bytearray()
         self._start = 0
@@ -299,7 +299,7 @@ class ReplyScanner:
 
     @property
     def stray(self) -> bytes:
-        """Everything received that is not part of the reply."""
+        """Received bytes outside the reply."""
         if not self._found:
             return bytes(self._buffer)
         return bytes(self._buffer[: self._start] + self._buffer[self._start + FRAME_SIZE :])

@@ -1,7 +1,7 @@
-"""The one door for user-supplied files: regular ones of bounded size and depth.
+"""Reading of user-supplied files: only regular files of bounded size and nesting.
 
-A pipe would be waited on, and a device read for ever. `tests/harness/test_one_way_to_read.py` finds what opens a file
-without this module.
+Opening a pipe would block, and reading a device would never end. `tests/harness/test_one_way_to_read.py` finds code
+that opens files without this module.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 MIB = 2**20
 LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-"""A pipe without a writer is opened at once, so that it can be refused."""
+"""Open flags; a pipe without a writer then opens at once and can be refused."""
 
 
 def open_regular(path: Path, most_bytes: int | None = None) -> BinaryIO:
@@ -28,10 +28,10 @@ def open_regular(path: Path, most_bytes: int | None = None) -> BinaryIO:
 
     Args:
         path: the file, or a link to one.
-        most_bytes: largest size, bytes; any when None.
+        most_bytes: largest size, bytes; None for no limit.
 
     Raises:
-        OSError: there is none, it cannot be read, it is no regular file, it is larger, or a Git LFS pointer.
+        OSError: the file is missing, unreadable, not a regular file, too large, or a Git LFS pointer.
     """
     stream = os.fdopen(os.open(path, os.O_RDONLY | _WITHOUT_WAITING), "rb")
     try:
@@ -42,7 +42,7 @@ def open_regular(path: Path, most_bytes: int | None = None) -> BinaryIO:
             raise OSError(f"{path} has {found.st_size} bytes; {most_bytes} are the most that make sense")
         try:
             start = stream.read(len(LFS_POINTER))
-        except OSError as error:  # a read does not know the name
+        except OSError as error:  # the error of a read lacks the file name
             raise OSError(error.errno, error.strerror, str(path)) from error
         if start == LFS_POINTER:
             raise OSError(f"{path} is a Git LFS pointer: run `git lfs pull` where it comes from")
@@ -58,18 +58,18 @@ def read_text(path: Path, most_bytes: int = MIB) -> str:
 
     Raises:
         OSError: as `open_regular`.
-        UnicodeDecodeError: it is not UTF-8.
+        UnicodeDecodeError: the file is not UTF-8.
     """
     with open_regular(path, most_bytes) as stream:
         return stream.read(most_bytes).decode("utf-8-sig")
 
 
 def read_json(path: Path, most_bytes: int = MIB) -> Any:
-    """Return the content of a JSON file without NaN and infinity, which JSON does not have.
+    """Return the content of a JSON file; NaN and infinity, which JSON lacks, are refused.
 
     Raises:
         OSError: as `open_regular`.
-        ValueError: it is not JSON, or nested too deeply; the message has no name of the file.
+        ValueError: invalid JSON or too deep nesting; the message lacks the file name.
     """
     try:
         return json.loads(read_text(path, most_bytes), parse_constant=_refused, parse_float=_finite)
@@ -92,7 +92,7 @@ def read_toml(path: Path, most_bytes: int = MIB) -> dict[str, Any]:
 
     Raises:
         OSError: as `open_regular`.
-        ValueError: it is not TOML, or nested too deeply; the message has no name of the file.
+        ValueError: invalid TOML or too deep nesting; the message lacks the file name.
     """
     try:
         return tomllib.loads(read_text(path, most_bytes))
@@ -101,15 +101,15 @@ def read_toml(path: Path, most_bytes: int = MIB) -> dict[str, Any]:
 
 
 def read_npz(path: Path, largest_bytes: int) -> dict[str, NDArray[Any]]:
-    """Return the arrays of an `.npz` file by name: plain numbers or text, nothing run.
+    """Return the arrays of an `.npz` file by name: numbers and text only, never pickled objects.
 
     Args:
         path: the file.
-        largest_bytes: what all arrays together may take; a file says that before it is unpacked.
+        largest_bytes: limit on the unpacked size of all arrays, checked in the archive's index before unpacking.
 
     Raises:
-        FileNotFoundError: there is no such file.
-        ValueError: the file cannot be read, is damaged, holds anything but arrays of numbers and text, or is too large.
+        FileNotFoundError: missing file.
+        ValueError: unreadable, damaged or too large file, or content other than arrays of numbers and text.
     """
     import numpy as np  # noqa: PLC0415 - the command line reads `hands.toml` without it
 
@@ -121,5 +121,5 @@ def read_npz(path: Path, largest_bytes: int) -> dict[str, NDArray[Any]]:
             return dict(archive)
     except FileNotFoundError:
         raise
-    except Exception as error:  # of damaged bytes, zipfile, its decompressors and NumPy's parser raise all there is
+    except Exception as error:  # zipfile, its decompressors and NumPy raise arbitrary exceptions on damaged bytes
         raise ValueError(f"not a readable .npz file: {error or type(error).__name__}") from error

@@ -1,4 +1,4 @@
-"""A hand on a serial port, or on anything else that pyserial can open by URL."""
+"""Transport over a serial port or any other pyserial URL."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from serial.tools import list_ports
 try:
     import fcntl
     import termios
-except ImportError:  # Windows, where a port has one user anyway
+except ImportError:  # Windows, which opens every port exclusively
     fcntl = termios = None  # type: ignore[assignment]
 
 from aero.clock import Deadline, WallClock
 
 BAUD_RATE = 921600
-"""What the vendor's software asks for. The board's USB port ignores it; a UART bridge in between might not."""
+"""Baud rate of the vendor's software, bit/s. The board's USB port ignores it; a UART bridge in between may not."""
 _POLL_S = 0.01
 _WRITE_TIMEOUT_S = 1.0
 
@@ -35,15 +35,15 @@ _REMEDIES = {
 
 
 class SerialTransport:
-    """A `Transport` over pyserial; make one with `open`.
+    """`Transport` over pyserial; create one with `open`.
 
-    The control lines stay as pyserial sets them on opening: raising DTR and RTS together does not reset an ESP32-S3,
-    touching them one by one can, and on a pseudo-terminal it fails.
+    The control lines keep the state that pyserial sets on opening. Raising DTR and RTS together does not reset an
+    ESP32-S3; changing them one by one can, and fails on a pseudo-terminal.
     """
 
     def __init__(self, port: serial.Serial, name: str) -> None:
         self.name = name
-        """The path or URL it was opened with."""
+        """Path or URL of the port as opened."""
         self._port = port
         self._closed = False
         _ALL.add(self)
@@ -52,13 +52,13 @@ class SerialTransport:
     def open(cls, port_or_url: str, baud_rate: int = BAUD_RATE) -> SerialTransport:
         """Open a device path or pyserial URL (`/dev/ttyACM0`, `COM5`, `rfc2217://bench:4000`), locked where possible.
 
-        A bus adapter, other than a hand, needs the baud rate of what is behind it, bit/s.
+        Unlike a hand, a bus adapter needs the baud rate of its bus, bit/s.
 
         Raises:
             ConnectionError: no such port, no permission, in use, or no answer from a network port.
             ValueError: a URL scheme that pyserial does not know, or a network address without a port.
         """
-        # pyserial's rfc2217 knows no write timeout: its socket gives up after 5 s.
+        # pyserial's rfc2217 has no write timeout: its socket times out after 5 s.
         write_timeout = None if port_or_url.startswith("rfc2217://") else _WRITE_TIMEOUT_S
         _check_address(port_or_url)
         try:
@@ -82,7 +82,7 @@ class SerialTransport:
             self._port.write(data)
 
     def read(self, size: int, timeout: float) -> bytes:
-        """Return up to `size` bytes within `timeout` (s), which may be exceeded by 10 ms; see `Transport.read`."""
+        """Return up to `size` bytes within `timeout` (s), up to 10 ms late; see `Transport.read`."""
         received = bytearray()
         with self._link_errors("read from"):
             if timeout <= 0.0 and not self._port.in_waiting:
@@ -91,14 +91,14 @@ class SerialTransport:
             while len(received) < size:
                 if not deadline.expired:
                     received += self._port.read(size - len(received))  # waits 10 ms at most
-                elif waiting := self._port.in_waiting:  # of `socket://` it says 1 for any number
+                elif waiting := self._port.in_waiting:  # `socket://` reports 1 for any number
                     received += self._port.read(min(waiting, size - len(received)))
                 else:
                     break
         return bytes(received)
 
     def discard_input(self) -> None:
-        """Drop what has arrived; see `Transport.discard_input`."""
+        """Drop all received bytes; see `Transport.discard_input`."""
         with self._link_errors("read from"):
             while waiting := self._port.in_waiting:
                 self._port.read(waiting)
@@ -112,16 +112,16 @@ class SerialTransport:
         self._port.close()
 
     def disown(self) -> None:
-        """Let go of the port after a fork, in the child, as if it had never been open there.
+        """Close the port's descriptor in a forked child, without an effect on the parent.
 
-        A network port stays open, because closing it would end the parent's connection too.
+        A network port remains open, because closing it would end the parent's connection too.
         """
         if isinstance(self._port, serial.Serial) and self._port.is_open:
             self._port.close()
 
     @contextmanager
     def _link_errors(self, action: str) -> Iterator[None]:
-        """Make one kind of all that pyserial raises, also of a port that another thread closes meanwhile."""
+        """Convert exceptions of pyserial to `ConnectionError`, also those of a port closed by another thread."""
         if self._closed or not self._port.is_open:
             raise ConnectionError(f"cannot {action} {self.name}: it has been closed by this program")
         try:
@@ -151,10 +151,10 @@ if hasattr(os, "register_at_fork"):  # Windows has no fork
 
 
 def _refuse_others(port: serial.Serial, request: str) -> None:
-    """Close the port to later programs (TIOCEXCL), or open it again (TIOCNXCL), where the system can do that.
+    """Lock the port against later programs (TIOCEXCL), or unlock it (TIOCNXCL), where the system supports that.
 
-    pyserial's own lock keeps out programs that ask for it; the vendor's software does not. A pseudo-terminal is left
-    alone: it would stay closed if this program were killed, because the emulator behind it keeps it in use.
+    pyserial's own lock is advisory, and the vendor's software ignores it. Pseudo-terminals are skipped: the emulator
+    keeps its end open, so the lock would survive if this program were killed.
     """
     if termios is not None and isinstance(port, serial.Serial) and not _is_pseudo_terminal(port):
         fcntl.ioctl(port.fileno(), getattr(termios, request))
@@ -165,7 +165,7 @@ def _is_pseudo_terminal(port: serial.Serial) -> bool:
 
 
 def _check_address(port_or_url: str) -> None:
-    """Refuse a network address without a port, of which pyserial says nothing useful."""
+    """Refuse a network address without a port, for which pyserial's own message is useless."""
     scheme, _, address = port_or_url.partition("://")
     if scheme not in {"socket", "rfc2217"}:
         return

@@ -1,4 +1,4 @@
-"""Bytes to and from a hand, with the waiting made explicit."""
+"""Interface of a byte stream to a hand, with an explicit time-out on every read."""
 
 from __future__ import annotations
 
@@ -6,33 +6,33 @@ from typing import Protocol
 
 
 class Transport(Protocol):
-    """A byte stream to a hand: a serial port, a pseudo-terminal or an emulated hand in this process."""
+    """Byte stream to a hand: a serial port, a pseudo-terminal or an emulated hand in this process."""
 
     @property
     def name(self) -> str:
-        """What a person calls this link, for messages (`/dev/ttyACM0`, `emulated`)."""
+        """Display name of the link, for messages (`/dev/ttyACM0`, `emulated`)."""
         ...
 
     def write(self, data: bytes) -> None:
         """Send all of `data`.
 
         Raises:
-            ConnectionError: the other side is gone.
+            ConnectionError: the link is lost.
         """
         ...
 
     def read(self, size: int, timeout: float) -> bytes:
-        """Return as soon as `size` bytes are there, else what came within `timeout` (s), perhaps nothing.
+        """Return `size` bytes as soon as received, or the fewer (possibly none) received within `timeout` (s).
 
         Raises:
-            ConnectionError: the other side is gone.
+            ConnectionError: the link is lost.
         """
         ...
 
     def discard_input(self) -> None:
-        """Drop every byte received and not yet read."""
+        """Drop all received, unread bytes."""
         ...
 
     def close(self) -> None:
-        """Give the link back; a second call does nothing."""
+        """Release the link; a second call does nothing."""
         ...

@@ -1,7 +1,7 @@
-"""The one way to write a file: another program sees the old one or the whole new one, and a full disk costs neither.
+"""Atomic file writes: other programs see the old file or the complete new one, and a full disk damages neither.
 
-A link in place of the file is replaced by it; what the link points at stays as it is. A file that is mounted by itself
-cannot be replaced and is overwritten.
+A symbolic link at the path is replaced; its target does not change. A file that is its own mount cannot be replaced and
+is overwritten.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from typing import BinaryIO
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """Yield the path of a draft in the same folder, with the same ending, that becomes `path` when all went well.
+    """Yield a temporary path in the folder of `path`, with its suffix; renamed to `path` if the block succeeds.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     draft = path.with_name(f".{os.getpid()}.{path.name}")
     try:
@@ -31,12 +31,12 @@ def whole(path: Path) -> Iterator[Path]:
     except BaseException as error:
         draft.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.errno and error.filename in (None, str(draft)):
-            raise OSError(error.errno, error.strerror, str(path)) from error  # a full disk names no file
+            raise OSError(error.errno, error.strerror, str(path)) from error  # a full disk's error has no name
         raise
 
 
 def _put(draft: Path, path: Path) -> None:
-    """Replace `path` by the draft; a file that is a mount of its own, as in a container, is overwritten instead."""
+    """Replace `path` by the draft; overwrite a file that is its own mount, as in a container."""
     try:
         draft.replace(path)
     except OSError as error:
@@ -49,20 +49,20 @@ def _put(draft: Path, path: Path) -> None:
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a text file, UTF-8; what no UTF-8 can hold, as of the name of a file, is written as an escape.
+    """Write a UTF-8 text file atomically; characters that UTF-8 cannot encode, as in file names, become escapes.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     with whole(path) as draft, draft.open("x", encoding="utf-8", errors="backslashreplace") as stream:
         stream.write(text)
 
 
 def begin_file(path: Path, buffering: int = -1) -> BinaryIO:
-    """Open an empty file at `path` that is written while work continues, in place of a file or a link there.
+    """Open an empty file at `path` for incremental writing; replaces an existing file or link.
 
     Raises:
-        OSError: it cannot be written, or what is there is neither a file nor a link.
+        OSError: the file cannot be written, or the path exists and is neither a file nor a link.
     """
     try:
         found = path.lstat().st_mode

@@ -1,4 +1,4 @@
-"""The actuation map: from simulator lengths and postures to the codes a hand is sent, and back (paper, chapter 4)."""
+"""Actuation map: conversion of simulator lengths and postures to position codes and back (paper, chapter 4)."""
 
 from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.actuation.map import ActuationMap, SaturatedCodes

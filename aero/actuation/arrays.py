@@ -1,6 +1,6 @@
-"""What lets the map's stages run on NumPy, inside a JAX trace, or on any other array that follows the array API.
+"""Array checks for the map's stages, on NumPy, in a JAX trace or on any array that follows the array API.
 
-The stages use products and sums of columns instead of matrix products. That is as fast at these sizes, reads like the
+The stages use products and sums of columns instead of matrix products. This is as fast at these sizes, reads like the
 paper's equations, and keeps full single precision where a GPU would multiply matrices in a shorter format.
 """
 
@@ -16,7 +16,7 @@ from aero.protocol import MAX_CODE
 Array = Any
 """An array of floats or integers: NumPy's, JAX's (also while tracing), or another that follows the array API."""
 SINGLE_BITS = 32
-"""Width of single precision; a narrower float cannot hold a code, which goes to 65535."""
+"""Width of single precision, bits; a narrower float cannot represent codes up to 65535."""
 
 
 def namespace(array: Array) -> Any:
@@ -27,8 +27,7 @@ def namespace(array: Array) -> Any:
 def as_floats(values: Array, width: int, what: str) -> Array:
     """Return `values` as an array of floats with `width` entries on the last axis.
 
-    Single and double precision stay what they are. Half precision becomes single: its largest number is less than the
-    largest code.
+    Half precision is widened to single, because its largest number is below the largest code.
 
     Raises:
         ValueError: not real numbers, or another width.
@@ -45,7 +44,7 @@ def as_floats(values: Array, width: int, what: str) -> Array:
 
 
 def as_finite(values: Array, width: int, what: str) -> Array:
-    """As `as_floats`, but a NumPy array must be finite; in a trace nothing can be raised.
+    """Return `values` as `as_floats` does, and require a NumPy array to be finite; a JAX trace cannot raise.
 
     Raises:
         ValueError: as `as_floats`, or NaN or infinity.
@@ -72,7 +71,7 @@ def as_codes(values: Array, width: int, what: str) -> Array:
 
 
 def whole_numbers(values: ArrayLike, width: int | None, lowest: int, highest: int, what: str) -> NDArray[np.int64]:
-    """Return a copy of whole numbers in `lowest`..`highest`, with `width` entries on the last axis, if not None.
+    """Return a copy of whole numbers in `lowest`..`highest`, with `width` entries on the last axis (None: any shape).
 
     Raises:
         ValueError: not integers, out of range, or another shape.

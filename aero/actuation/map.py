@@ -1,11 +1,11 @@
-"""The actuation map: one set of coefficients and one command window, and every conversion between them.
+"""Actuation map: conversions between postures, lengths, cable travel, shaft angles and codes.
 
     joints (16) ─────────► travel (7) ◄───► shaft angles (7) ◄───► codes (7)
     compact (7) ─► joints    │    ▲
     compact ◄────────────────┤    │
     lengths (7) ◄────────────┘    └──── lengths
 
-Everything meets in the travel, so any two representations are joined by one path. Every stage is linear or affine
+All conversions pass through the travel, so one path joins any two representations. Every stage is linear or affine
 (paper, chapter 4); equation names are the labels in the paper's source.
 """
 
@@ -31,16 +31,16 @@ _FINGERS = slice(Channel.INDEX, Channel.THUMB_ABDUCTION)
 _FINGER_JOINTS = slice(Joint.INDEX_MCP, Joint.THUMB_ABDUCTION)
 
 _CHANNEL_OF_JOINT = np.array([*np.repeat(range(4), 3), 4, 5, 6, 6])
-"""Which entry of a compact posture each of the sixteen joints takes."""
+"""Index into a compact posture for each of the sixteen joints."""
 
 
 class SaturatedCodes(NamedTuple):
-    """Codes that were brought into range, and which ones had to be."""
+    """Codes clipped to their range, and a mask of the clipped ones."""
 
     codes: Array
     """(..., 7) uint16."""
     saturated: Array
-    """(..., 7) bool, True where the asked angle lay outside the window or was NaN; a NaN's code means nothing."""
+    """(..., 7) bool, True for an angle outside the window or NaN; the code of a NaN is meaningless."""
 
 
 @dataclass(frozen=True)
@@ -55,15 +55,15 @@ class ActuationMap:
     - `angles` (7), shaft rotation from the extended hand, rad
     - `codes` (7), 0..65535 over the command window; the only ones that depend on the firmware
 
-    Arguments are NumPy arrays, lists, or arrays of another library that follows the array API, which then also
-    is what comes back; inside a JAX trace use `saturating_codes`, because `codes_from_angles` must look at values to
+    Arguments are lists, NumPy arrays, or arrays of another library that follows the array API; results are of the
+    argument's library. Inside a JAX trace use `saturating_codes`, because `codes_from_angles` must inspect values to
     raise. Every conversion raises a ValueError for NaN or infinity in a NumPy array or a list.
     """
 
     coefficients: Coefficients = field(default_factory=lambda: load_coefficients("paper"))
-    """The numbers of the map."""
+    """Winding radii and identified coefficients."""
     window: CommandWindow = UNSHIFTED
-    """What the hand's firmware makes of a code."""
+    """Command window of the hand's firmware."""
 
     @classmethod
     def for_firmware(
@@ -79,14 +79,14 @@ class ActuationMap:
 
     @cached_property
     def winding_matrix(self) -> NDArray[np.float64]:
-        """A in `d = A q`, (7, 16) float, m/rad; abduction's row rad/rad."""
+        """Matrix A in `d = A q`, (7, 16) float, m/rad; the row of abduction rad/rad."""
         return _constant(self.travel_from_joints(np.eye(_JOINTS)).T)
 
     @cached_property
     def excursion_rad(self) -> NDArray[np.float64]:
         """Shaft angles that the joint box allows, (7, 2) float, rad; eq. (actrange). The flexor's lower is negative.
 
-        A linear form over a box is extreme where each joint sits on the limit that the sign of its entry asks for.
+        A linear form over a box is extreme at the corner chosen by the signs of its coefficients.
         """
         at_limits = self.winding_matrix[:, :, np.newaxis] * JOINT_BOX_RAD
         travel = np.stack([at_limits.min(axis=2).sum(axis=1), at_limits.max(axis=2).sum(axis=1)])
@@ -114,13 +114,13 @@ class ActuationMap:
         return xp.concat([fingers, thumb], axis=-1)
 
     def joints_from_compact(self, compact: Array) -> Array:
-        """Return the postures (..., 16) of compact ones (..., 7), in which the joints on one cable have one angle."""
+        """Return the postures (..., 16) of compact postures (..., 7): all joints on a cable take its angle."""
         compact = as_finite(compact, _CHANNELS, "compact posture")
         xp = namespace(compact)
         return xp.take(compact, xp.asarray(_CHANNEL_OF_JOINT), axis=-1)
 
     def compact_from_travel(self, travel: Array) -> Array:
-        """Return the compact postures (..., 7) that have the given travels; inverts `A` on the compact section."""
+        """Return the compact postures (..., 7) of travels (..., 7); inverts `A` restricted to compact postures."""
         travel = as_finite(travel, _CHANNELS, "travel")
         xp = namespace(travel)
         (cmc_abd, cmc_cmc, cmc_mcp, cmc_ip), (flex_abd, flex_cmc, flex_mcp, flex_ip) = self.coefficients.thumb_winding
@@ -142,7 +142,7 @@ class ActuationMap:
     def travel_from_lengths(self, lengths: Array) -> Array:
         """Return the travels (..., 7) that the hand needs for simulator lengths (..., 7).
 
-        Fingers by matching intervals, eq. (servomap); the thumb by way of its estimated joints, eq. (thumbfit).
+        Fingers map one interval onto the other, eq. (servomap); the thumb uses its estimated joints, eq. (thumbfit).
         """
         lengths = as_finite(lengths, _CHANNELS, "lengths")
         xp = namespace(lengths)
@@ -194,10 +194,10 @@ class ActuationMap:
         return xp.astype(rounded, xp.uint16)
 
     def saturating_codes(self, angles: Array) -> SaturatedCodes:
-        """Return codes of shaft angles (..., 7), those outside the window at its ends, and which ones these are.
+        """Return codes of shaft angles (..., 7), clipped to the window, with the mask of the clipped ones.
 
         Raises:
-            ValueError: NaN or infinity in a NumPy array; in a trace nothing can be raised.
+            ValueError: NaN or infinity in a NumPy array; a JAX trace cannot raise.
         """
         rounded, inside = self._rounded_codes(angles)
         if isinstance(rounded, np.ndarray) and not np.isfinite(rounded).all():
@@ -217,11 +217,11 @@ class ActuationMap:
         return low + xp.astype(codes, low.dtype) * ((high - low) / MAX_CODE)
 
     def codes_from_lengths(self, lengths: Array) -> Array:
-        """Return codes for simulator lengths (..., 7); the way of a policy's command. Raises as `codes_from_angles`."""
+        """Return codes for simulator lengths (..., 7), as in a policy's command. Raises as `codes_from_angles`."""
         return self.codes_from_angles(self.angles_from_travel(self.travel_from_lengths(lengths)))
 
     def lengths_from_codes(self, codes: Array) -> Array:
-        """Return simulator lengths for codes (..., 7); the way of an observation. Raises as `angles_from_codes`."""
+        """Return simulator lengths of codes (..., 7), as in an observation. Raises as `angles_from_codes`."""
         return self.lengths_from_travel(self.travel_from_angles(self.angles_from_codes(codes)))
 
     def codes_from_joints(self, joints: Array) -> Array:
@@ -268,7 +268,7 @@ def _constant(array: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _thumb_columns(values: Array) -> tuple[Array, Array, Array]:
-    """Return the thumb's channels of values (..., 7), copied: reading one in place costs as much as reading all."""
+    """Return copies of the thumb's channels of values (..., 7); a strided view of one costs as much as all seven."""
     xp = namespace(values)
     abduction, cmc, flexor = (
         xp.asarray(values[..., channel], copy=True)
@@ -293,7 +293,7 @@ def _thumb_travel(coefficients: Coefficients, abduction: Array, cmc: Array, mcp:
 
 
 def _finger_gain(coefficients: Coefficients) -> list[float]:
-    """Travel on the hand per length in the simulator: both intervals describe the same stroke."""
+    """Return travel on the hand per simulator length, m/m: the ratio of the joint-box stroke to the cable stroke."""
     shortest_stroke, longest_stroke = JOINT_BOX_RAD[: len(coefficients.finger_winding)].T
     stroke = float(np.dot(coefficients.finger_winding, longest_stroke - shortest_stroke))
     return [stroke / (longest - shortest) for shortest, longest in coefficients.finger_lengths]

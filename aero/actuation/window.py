@@ -1,14 +1,13 @@
-"""Which shaft angles the codes 0..65535 stand for: the command window that a firmware gives each channel.
+"""Command window of each channel: the shaft angles for codes 0..65535, as set by the firmware.
 
-The board keeps two servo counts a channel, `extend` for code 0 and `grasp` for code 65535. With the baselines, which
-are the same in every firmware, the window is the channel's excursion (paper eq. actrange). Firmware 0.2.0 moves two
-thumb windows by 113 counts (9.93°) when it homes: abduction further closed, CMC flexion further open. It stores only
-half of that, so the same firmware can be in three states. The board cannot tell its version or state, so a map has to
-be told.
+The board stores two servo counts a channel, `extend` for code 0 and `grasp` for code 65535. At the baseline counts,
+equal in every firmware, the window is the channel's excursion (paper eq. actrange). Homing with firmware 0.2.0 shifts
+two thumb windows by 113 counts (9.93°): abduction further closed, CMC flexion further open. The board stores only the
+shifted extended ends, so a hand can be in three states. No board reports its version or state; the user must.
 
 Counts and angles agree to 0.02° on the fingers and on abduction, 0.15° on CMC flexion and 0.52° on the flexor, whose
-span is 2980 counts where its 262.43° make 2986. The paper's and the SDK's reading is kept: an unshifted window *is* the
-excursion, and counts contribute only by how far a window differs from its baseline.
+span is 2980 counts instead of the 2986 that 262.43° make. As in the paper and the SDK, an unshifted window *is* the
+excursion; counts enter only as the difference from the baseline.
 
 Source: aero-open-firmware d7bd82e (baselines), aero-hand-open 6a3022d (0.2.0), dd91e5a (`main`, the same windows).
 """
@@ -40,22 +39,22 @@ _BASELINE: dict[str, tuple[Counts, Counts]] = {
 
 _SHIFT_COUNTS = math.trunc(10 / 360 * (COUNTS_PER_TURN - 1))
 SHIFT_CLOSING = {Channel.THUMB_ABDUCTION: _SHIFT_COUNTS, Channel.THUMB_CMC_FLEXION: -_SHIFT_COUNTS}
-"""How 0.2.0 moves a window, counts in the closing direction."""
+"""Shift of each window by homing with firmware 0.2.0, counts in the closing direction."""
 
 CALIBRATIONS = {
     "homed": "after power-on or homing: both ends of the shifted windows",
     "unshifted": "flashed over an older version and never homed since: as firmware 0.1.5 and before",
     "mixed": "any other restart after homing: the extended ends are shifted, the closed ends are not",
 }
-"""The states of firmware 0.2.0 and `main`."""
+"""Calibration states of firmware 0.2.0 and `main`, with their cause."""
 
 
 @dataclass(frozen=True)
 class CommandWindow:
-    """The counts between which a board places the codes of each channel; one hand in one calibration state."""
+    """Servo counts at both ends of each channel's codes, for one hand in one calibration state."""
 
     name: str
-    """The state's name, for messages and recordings."""
+    """Name of the calibration state, for messages and recordings."""
     hand: str
     """`right` or `left`."""
     extend_counts: Counts
@@ -70,7 +69,7 @@ class CommandWindow:
             counts = whole_numbers(getattr(self, field), len(Channel), 0, COUNTS_PER_TURN - 1, field)
             if counts.ndim != 1:
                 raise ValueError(f"{field}: expected seven counts, got shape {counts.shape}")
-            object.__setattr__(self, field, tuple(counts.tolist()))  # a tuple, whatever the caller keeps
+            object.__setattr__(self, field, tuple(counts.tolist()))  # the caller may keep its array
         if not np.all(self._closing_sign() * (np.subtract(self.grasp_counts, self.extend_counts)) > 0):
             raise ValueError(f"no window of a {self.hand} hand: {self.extend_counts} to {self.grasp_counts}")
 
@@ -80,7 +79,7 @@ class CommandWindow:
 
         Args:
             version: `pre`, `0.1.0` to `0.2.0`, or `main`.
-            calibration: one of `CALIBRATIONS`; the version's usual one if not given (`homed` for 0.2.0 and `main`).
+            calibration: one of `CALIBRATIONS`; None for the version's typical state (`homed` for 0.2.0 and `main`).
             hand: `right` or `left`.
 
         Raises:
@@ -100,7 +99,7 @@ class CommandWindow:
         return cls(state, hand, tuple(extend.tolist()), tuple(grasp.tolist()))
 
     def shifts_rad(self) -> NDArray[np.float64]:
-        """Return how far both ends lie from the baseline, (7, 2) float, rad, positive in the closing direction."""
+        """Return the shift of both ends from the baseline, (7, 2) float, rad, positive in the closing direction."""
         ends = np.array([self.extend_counts, self.grasp_counts])
         counts = self._closing_sign() * (ends - np.array(_BASELINE[self.hand]))
         shifts: NDArray[np.float64] = counts.T * (2.0 * np.pi / COUNTS_PER_TURN)
@@ -117,16 +116,16 @@ class CommandWindow:
 
 
 UNSHIFTED = CommandWindow.for_firmware("0.1.5")
-"""The window of the paper and of every firmware up to 0.1.5."""
+"""Command window of the paper and of every firmware up to 0.1.5."""
 
 
 def fits_span(readings: ArrayLike, span_counts: ArrayLike) -> NDArray[np.bool_]:
-    """Say which readings (0..65535) a window of `span_counts` can produce; both broadcast.
+    """Return a mask of the readings (0..65535) that a window of `span_counts` can produce; both arguments broadcast.
 
-    The board reports `floor(n * 65535 / span)` for a shaft n servo counts into a window of `span` counts, so a handful
-    of different readings gives the span away: that finds the mixed state of firmware 0.2.0 and a channel that has been
-    trimmed. It cannot tell the homed from the unshifted state, whose ends have moved together. A reading fits a wrong
-    span by chance with a probability of `span_counts` / 65535, 2 to 5 %.
+    The board reports `floor(n * 65535 / span)` for a shaft n servo counts into a window of `span` counts. A handful of
+    different readings therefore reveals the span, which identifies the mixed state of firmware 0.2.0 and a trimmed
+    channel. The homed and the unshifted state have equal spans. A reading fits a wrong span by chance with a
+    probability of `span_counts` / 65535, 2 to 5 %.
 
     Raises:
         ValueError: not integers, or out of range.

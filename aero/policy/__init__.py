@@ -1,1 +1,1 @@
-"""What running a policy on a hand needs: the task's interface, policy files, the network, the loop. NumPy only."""
+"""Running a policy on a hand: task interface, policy files, network, control loop. Depends on NumPy only."""

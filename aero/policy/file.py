@@ -1,4 +1,4 @@
-"""Policy files: one `.npz` with the weights and a JSON header that says everything needed to run them rightly."""
+"""Policy files: one `.npz` with the weights and a JSON header with all settings needed to run them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from aero.whole_file import whole
 FORMAT = "aero-hil policy"
 VERSION = 1
 LARGEST_BYTES = 64 * 2**20
-"""Largest size of a policy, unpacked; the shipped ones have half a million."""
+"""Size limit of an unpacked policy; the shipped one has 0.5 MB."""
 FIXED: dict[str, Any] = {
     "format": FORMAT,
     "version": VERSION,
@@ -29,38 +29,38 @@ FIXED: dict[str, Any] = {
     "activation": "swish",
     "head": "tanh of the mean",
 }
-"""Header entries that this version of the project can run in one way only; a file that differs is refused."""
+"""Header entries with one supported value; a file with another value is refused."""
 FREE = ("name", "shown_action", "settings", "provenance")
 
 
 @dataclass(frozen=True)
 class Policy:
-    """A network and what it was trained with."""
+    """Network with the settings of its training."""
 
     name: str
-    """What a person calls it."""
+    """Display name."""
     network: Acting
-    """The function from observation to action."""
+    """Function from observation to action."""
     settings: PolicySettings
-    """Rate, nominal grasp, scales and noise of its training."""
+    """Rate, nominal grasp, scales and noise of the training."""
     shown_action: ShownAction
-    """Which action its observation shows."""
+    """Past action included in the observation."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
-    """Where it comes from: JSON values such as seed, steps, commit, versions, source file and its digest."""
+    """Origin as JSON values: seed, steps, commit, versions, source file and its digest."""
     declared: Interface | None = None
-    """What it observes and does, of a policy that people bring; None for one of the cube task."""
+    """Interface declared by a user-supplied policy; None for a policy of the cube task."""
 
     @property
     def interface(self) -> Interface:
-        """What it observes and does."""
+        """Observation and action: the declared interface, else that of the cube task."""
         return self.declared or cube_interface(self.settings, self.shown_action)
 
 
 def save(policy: Policy, path: Path) -> None:
-    """Write `policy` to `path`; the same policy gives the same bytes.
+    """Write `policy` to `path`; equal policies give equal bytes.
 
     Raises:
-        TypeError: it has no network of this project.
+        TypeError: the network is not a `Network`.
     """
     if not isinstance(policy.network, Network):
         raise TypeError(f"{policy.name} is no network of this project")
@@ -78,12 +78,12 @@ def save(policy: Policy, path: Path) -> None:
 
 
 def load(path: Path) -> Policy:
-    """Read a policy and check that it means what this project would do with it.
+    """Read a policy and check that its header matches this version of the project.
 
     Raises:
-        FileNotFoundError: there is no such file.
-        PolicyFileError: not a policy file, another version, another layout or order, a missing entry, or
-            weights that do not fit.
+        FileNotFoundError: missing file.
+        PolicyFileError: not a policy file, another version, another layout or order, a missing entry, or weights of a
+            wrong shape.
     """
     try:
         arrays = read_npz(path, LARGEST_BYTES)
@@ -105,7 +105,7 @@ def _check_entries(path: Path, header: Any) -> None:
     for key, expected in FIXED.items():
         if header.get(key) != expected:
             raise PolicyFileError(f"{path}: {key} must be {expected!r}, the file has {header.get(key)!r}")
-    if missing := set(FREE) - set(header):  # what is more says how it was trained
+    if missing := set(FREE) - set(header):  # further entries describe the training
         raise PolicyFileError(f"{path}: entries missing in version {VERSION}: {sorted(missing)}")
 
 

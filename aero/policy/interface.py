@@ -1,21 +1,21 @@
-"""What a policy observes and what its action means, declared in one TOML file beside it.
+"""Interface of a policy (observation and action), declared in a TOML file beside the policy.
 
     rate_hz = 20.0
-    torque_limit = 0.5                    # share of the stall torque; left out for the firmware's own
+    torque_limit = 0.5                    # fraction of the stall torque; without it the firmware's limit
 
     [[observation]]                       # in this order, one after another
     field = "lengths"                     # one of Field
-    channels = ["index", "thumb_flexor"]  # order; all seven, command order, when left out
+    channels = ["index", "thumb_flexor"]  # order; without it all seven in command order
     scale = 1.0                           # (value - offset) * scale; one number or one a channel
     offset = 0.0
     history = 1                           # periods, the oldest first
 
     [action]
     field = "lengths"                     # one of MEANINGS
-    channels = ["index", "thumb_flexor"]  # what is not named stays at its nominal value
+    channels = ["index", "thumb_flexor"]  # all other channels keep their nominal value
     nominal = [...]                       # (7,), command order: the grasp, action zero
     scale = [...]                         # one number or one an action: change from action 0 to 1
-    clip = 1.0                            # beyond it an action is cut off
+    clip = 1.0                            # actions are clipped to -clip..clip
 
 `aero/policy/shipped/steady.toml` is an example.
 """
@@ -45,49 +45,49 @@ COMMAND_ORDER = tuple(Channel)
 MOST_PERIODS = 1000
 """Longest history, periods."""
 MOST_PARTS = 100
-"""Largest number of parts of an observation."""
+"""Largest number of `[[observation]]` parts."""
 MOST_SCALE = 1e6
 """Largest factor and offset of an observed value."""
 MOST_CLIP = 100.0
-"""Largest action; none is longer than its scale times this."""
+"""Largest `clip` of an action."""
 
 
 class PolicyFileError(ValueError):
-    """A policy that this project cannot run as it was meant."""
+    """A policy that this project cannot run as intended."""
 
     exit_code = Exit.USAGE
 
 
 class Moment(NamedTuple):
-    """One control period as it can be observed; arrays are (7,), command order."""
+    """Observable quantities of one control period; arrays are (7,), command order."""
 
     lengths: Floats
-    """Measured, correction taken off, m, abduction rad."""
+    """Measured lengths minus the correction, m, abduction rad."""
     currents: Floats
-    """Of the period before, A; zero at first."""
+    """Currents of the previous period, A; zeros at the start."""
     last_action: Floats
-    """The action that led here, of the channels that the policy acts on; zero at first."""
+    """Previous action, on the policy's channels; zeros at the start."""
     action_before_last: Floats
-    """The one before it."""
+    """Action before `last_action`; zeros at the start."""
 
 
 class Field(Enum):
-    """What can be observed, and how it is had of a moment."""
+    """Observable quantity of a `Moment`."""
 
     LENGTHS = "lengths"
-    """Cables, m (longer is more open), abduction rad."""
+    """Cable lengths, m (longer is more open), abduction rad."""
     ANGLES = "angles"
-    """One angle for all joints on a cable, rad: 0 for the extended hand. Made of the lengths, which the map fits: the
-    thumb's flexion is off by up to 0.4° at the base and 1.9° beyond it."""
+    """Angle of all joints on a cable, rad; 0 is the extended hand. Estimated from lengths by the map; thumb flexion
+    is in error by up to 0.4° at the base and 1.9° distally."""
     CURRENTS = "currents"
-    """Motor currents of the period before, A."""
+    """Motor currents of the previous period, A."""
     LAST_ACTION = "last_action"
-    """The action that led to the measured lengths."""
+    """Action that led to the measured lengths."""
     ACTION_BEFORE_LAST = "action_before_last"
-    """The one before it."""
+    """Action before `LAST_ACTION`."""
 
     def of(self, moment: Moment, codec: ActuationMap) -> Floats:
-        """Return the values, (7,), command order."""
+        """Return this quantity of `moment`, (7,), command order."""
         if self is Field.ANGLES:
             angles: Floats = codec.compact_from_travel(codec.travel_from_lengths(moment.lengths))
             return angles
@@ -96,24 +96,24 @@ class Field(Enum):
 
 
 MEANINGS = (Field.LENGTHS, Field.ANGLES)
-"""What an action may be, after nominal and scale."""
+"""Quantities that an action can target, after nominal and scale."""
 
 
 @dataclass(frozen=True)
 class Observed:
-    """One part of the observation.
+    """One `[[observation]]` part.
 
     Raises:
-        ValueError: values that are not finite, do not fit the channels, or a history below 1.
+        ValueError: values not finite or not fitting the channels, or a history below 1.
     """
 
     field: Field
     channels: tuple[Channel, ...] = COMMAND_ORDER
     scale: Row = (1.0,)
-    """What is observed is (value - offset) * scale: one number, or one a channel."""
+    """Factor in (value - offset) * scale: one number, or one a channel."""
     offset: Row = (0.0,)
     history: int = 1
-    """Periods, the oldest first."""
+    """Number of periods, the oldest first."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.history, int) or not 1 <= self.history <= MOST_PERIODS:
@@ -123,24 +123,24 @@ class Observed:
 
     @property
     def size(self) -> int:
-        """How many numbers it is."""
+        """Number of values."""
         return self.history * len(self.channels)
 
 
 @dataclass(frozen=True)
 class Action:
-    """What the policy's output means.
+    """Mapping from the policy's output to channel targets.
 
     Raises:
-        ValueError: values that are not finite, do not fit the channels, or a clip that is not positive.
+        ValueError: values not finite or not fitting the channels, or a clip that is not positive.
     """
 
     nominal: Row
-    """(7,), command order, in the units of `meaning`."""
+    """Targets at action zero, (7,), command order, in the units of `meaning`."""
     scale: Row
-    """One number, or one an action."""
+    """Change of the target from action 0 to 1: one number, or one an action."""
     meaning: Field = Field.LENGTHS
-    """One of `MEANINGS`."""
+    """Quantity targeted by the action, one of `MEANINGS`."""
     channels: tuple[Channel, ...] = COMMAND_ORDER
     clip: float = 1.0
 
@@ -152,17 +152,17 @@ class Action:
         _check_row("nominal", self.nominal, CHANNELS, most=MOST_TARGET)
 
     def cut_off(self, output: Floats) -> bool:
-        """Return whether the policy's output (n,) goes beyond the clip."""
+        """Return whether the policy's output (n,) exceeds the clip."""
         return bool((np.abs(output) > self.clip).any())
 
     def bounded(self, output: Floats) -> Floats:
-        """Return the policy's output (n,) as the action of every channel, (7,), zero where it has none."""
+        """Return the clipped policy output (n,) as an action of all channels, (7,), zero on the others."""
         action = np.zeros(CHANNELS)
         action[np.array(self.channels)] = np.clip(output, -self.clip, self.clip)
         return action
 
     def target(self, action: Floats, codec: ActuationMap) -> Floats:
-        """Return the lengths that `action` (7,) asks for, (7,), m, abduction rad."""
+        """Return the target lengths of `action` (7,): (7,), m, abduction rad."""
         scale = np.zeros(CHANNELS)
         scale[np.array(self.channels)] = self.scale
         values: Floats = np.array(self.nominal) + scale * action
@@ -173,34 +173,34 @@ class Action:
 
 @dataclass(frozen=True)
 class Interface:
-    """What a policy observes, in order, and what its action means."""
+    """Observation parts, in order, and action of a policy."""
 
     observation: tuple[Observed, ...]
     action: Action
     rate_hz: float = 20.0
     torque_limit: float | None = None
-    """Share of its stall torque that a servo may use; None for the firmware's own limit."""
+    """Torque limit of every servo, fraction of its stall torque; None for the firmware's limit."""
 
     @property
     def observation_size(self) -> int:
-        """How many numbers the policy observes."""
+        """Number of values in an observation."""
         return sum(part.size for part in self.observation)
 
     @property
     def action_size(self) -> int:
-        """How many numbers it returns."""
+        """Number of values in an action."""
         return len(self.action.channels)
 
     def settings(self) -> PolicySettings:
-        """Return nominal grasp and reach in lengths, rate and torque limit: what runs and records a policy.
+        """Return the equivalent settings for running and recording: nominal grasp and reach as lengths, rate, limit.
 
         Raises:
-            ValueError: a rate or a torque limit that cannot be used.
+            ValueError: rate or torque limit out of range.
         """
         codec, action = ActuationMap(), self.action
         nominal = action.target(np.zeros(ACTION_SIZE), codec)
         ends = [action.target(action.clip * one, codec) - nominal for one in np.eye(ACTION_SIZE)]
-        reach = np.abs(ends).sum(axis=0)  # both meanings are affine, so no action goes further than the sum
+        reach = np.abs(ends).sum(axis=0)  # both meanings are affine, so the sum bounds every action
         return PolicySettings(
             nominal=tuple(nominal.tolist()),
             scale=tuple(np.maximum(reach, np.finfo(float).tiny).tolist()),
@@ -210,10 +210,10 @@ class Interface:
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Read one from a TOML file.
+        """Read an interface from a TOML file.
 
         Raises:
-            PolicyFileError: no such file, or something in it that is unknown, missing or does not fit; one line.
+            PolicyFileError: missing file, or an unknown, missing or invalid entry; a message of one line.
         """
         try:
             return cls._parsed(read_toml(path))
@@ -249,10 +249,10 @@ class Interface:
 
 
 class History:
-    """What a policy has seen in one run, and what it observes now."""
+    """Buffer of past periods in one run, from which observations are assembled."""
 
     def __init__(self, interface: Interface, codec: ActuationMap) -> None:
-        """Begin a run; `codec` makes angles of lengths."""
+        """Start with an empty buffer; `codec` converts lengths to angles."""
         self._parts, self._codec = interface.observation, codec
         longest = max(part.history for part in self._parts)
         self._moments: deque[Moment] = deque(maxlen=longest)
@@ -260,7 +260,7 @@ class History:
         self._currents = np.zeros(CHANNELS)
 
     def observe(self, lengths: Floats) -> Floats:
-        """Return the observation (n,) once `lengths` (7,) are read; before the first period the first one counts."""
+        """Add measured `lengths` (7,) and return the observation (n,); missing history repeats the first period."""
         self._moments.append(Moment(lengths, self._currents, *self._actions))
         while len(self._moments) < (self._moments.maxlen or 1):
             self._moments.appendleft(self._moments[0])
@@ -272,17 +272,17 @@ class History:
         return np.concatenate(rows)
 
     def acted(self, action: Floats) -> None:
-        """Note the action (7,) of this period."""
+        """Record the action (7,) of this period."""
         self._actions = (action, self._actions[0])
 
     def drew(self, currents: Floats) -> None:
-        """Note the currents (7,) of this period, A; a missing reading leaves the one before."""
+        """Record the currents (7,) of this period, A; a missing reading keeps the previous currents."""
         if np.isfinite(currents).all():
             self._currents = currents
 
 
 class Acting(Protocol):
-    """What turns observations into actions."""
+    """Function from observations to actions."""
 
     def act(self, observation: ArrayLike) -> NDArray[Any]:
         """Return the action (m,) for an observation (n,)."""
@@ -290,7 +290,7 @@ class Acting(Protocol):
 
 
 def cube_interface(settings: PolicySettings, shown_action: ShownAction) -> Interface:
-    """Return what every policy of the cube task observes and does."""
+    """Return the interface of policies of the cube task."""
     shown = {ShownAction.LAST: Field.LAST_ACTION, ShownAction.BEFORE_LAST: Field.ACTION_BEFORE_LAST}[shown_action]
     return Interface(
         (Observed(Field.LENGTHS, OBSERVATION_ORDER), Observed(shown)),

@@ -1,8 +1,8 @@
-"""Run a policy on a hand: read, map back, observe, act, map forward, write, at the policy's rate.
+"""Control loop of a policy on a hand: read, map back, observe, act, map forward, write, at the policy's rate.
 
-The same function serves an emulated hand on the virtual clock and a real one on the wall clock. It begins by moving
-slowly to the nominal grasp, waits there for the object, and ends by moving slowly back, whatever ended it; a hand that
-its guard has stopped is open already and stays so.
+`run_policy` serves an emulated hand on the virtual clock and a real hand on the wall clock. It moves slowly to the
+nominal grasp, waits there for the object, runs the policy, and moves slowly back, also after an error. A hand stopped
+by its guard is already open and is not moved again.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ def run_policy(
     on_ready: Callable[[], None] = lambda: None,
     on_step: Callable[[Step], None] = lambda _: None,
 ) -> Run:
-    """Run `policy` on `hand` and bring the hand back to where it was.
+    """Run `policy` on `hand` and return the hand to its initial position.
 
     Args:
-        policy: what acts.
-        hand: what it acts on; guarded, its currents, temperatures and encoders are watched, unguarded they are not.
-        clock: of the hand; a guarded one has its own.
-        actuation_map: for the hand's firmware.
-        settings: how; None for the defaults.
-        on_wait: called when the hand is in the nominal grasp and the object can be put in.
-        on_ready: called when the hand has waited in the nominal grasp and the policy is about to begin.
-        on_step: called after every control period, before the next one begins.
+        policy: the policy.
+        hand: guarded (currents, temperatures and encoders polled) or unguarded hand.
+        clock: clock of the hand; a guarded hand has its own.
+        actuation_map: map for the hand's firmware.
+        settings: settings of the run; None for the defaults.
+        on_wait: called in the nominal grasp, when the object can be placed.
+        on_ready: called after the wait, just before the first action.
+        on_step: called after every control period, before the next one.
 
     Raises:
-        AeroError, ConnectionError: the hand could not be read before the policy began, or not be reached at the end.
+        AeroError, ConnectionError: a failed reading before the policy started, or a failed command at the end.
     """
     settings = settings or RunSettings()
     session = _Session(policy, hand, clock, actuation_map, settings)
@@ -71,10 +71,10 @@ def run_policy(
 
 
 def interface_of(policy: Policy, settings: RunSettings) -> Interface:
-    """Return what `policy` observes and does when it is run with `settings`.
+    """Return the interface of `policy` under the overrides in `settings`.
 
     Raises:
-        ValueError: nominal grasp or shown action of the cube task for a policy that declares its own.
+        ValueError: an override of the cube task's settings for a policy that declares its interface.
     """
     if settings.settings is None and settings.shown_action is None:
         return policy.interface
@@ -84,21 +84,21 @@ def interface_of(policy: Policy, settings: RunSettings) -> Interface:
 
 
 MISSING_READINGS = 4
-"""Readings in a row that may be missing; nothing new is commanded meanwhile."""
+"""Largest number of consecutive missing readings; the last command is kept meanwhile."""
 LATE_S = 0.5
-"""Time by which the loop may miss a period's start, s."""
+"""Threshold of a period's delay, s; above it the run ends with OVERRUN."""
 TEMPERATURES_EVERY = 20
-"""Periods between two readings of the temperatures."""
+"""Periods between two temperature readings."""
 APPROACH_PERIOD_S = 0.05
-"""Time between two commands on the way to the grasp and back, s; a policy may be slower than is gentle."""
+"""Command period of the slow approach and return, s; a policy's own period may be too long for a smooth motion."""
 MOST_LATE = 0.25
-"""Part of the periods that may be skipped; above it the run was not at the policy's rate."""
+"""Threshold of the skipped fraction of periods; above it the run ends with TOO_SLOW."""
 _WALL = WallClock()
 _NOTHING_YET = Run(Ending.TIME, "", 0, 0, 0, 0, 0.0, 0.0, np.nan)
 
 
 class _Session:
-    """The state of one run."""
+    """State of one run."""
 
     def __init__(
         self,
@@ -121,7 +121,7 @@ class _Session:
         self.tally = _NOTHING_YET
 
     def move_to(self, goal: Floats) -> None:
-        """Go from the present command to `goal` (7,) at an even pace."""
+        """Ramp from the current command to codes `goal` (7,) at constant speed."""
         steps = max(1, round(self._settings.approach_s / APPROACH_PERIOD_S))
         start, begin = self.command, self._clock.now()
         for step in range(1, steps + 1):
@@ -129,12 +129,12 @@ class _Session:
             self._clock.sleep_until(begin + step * APPROACH_PERIOD_S)
 
     def loop(self, on_step: Callable[[Step], None]) -> Ending:
-        """Let the policy act until the time is over or something ends it."""
+        """Run the policy until the time is over or a condition in `Ending` is met."""
         period_s = self._task.period_s
         history = History(self._interface, self._map)
         missing, due = 0, self._clock.now()
         pending = self.command
-        end = due + self._settings.seconds - period_s / 2  # the last period begins before it
+        end = due + self._settings.seconds - period_s / 2  # half a period early, so that rounding adds no period
         periods = round(self._settings.seconds / period_s)
         begun = 0
         while max(due, self._clock.now()) < end and begun < periods:
@@ -166,7 +166,7 @@ class _Session:
             self._write(command)
             currents_a = self._currents(begun - 1)
             history.drew(currents_a)
-            # The history keeps `action`; a callback that writes into its step must not change it.
+            # A copy of `action`, because a callback may write into its step and the history keeps the array.
             step = Step(
                 t=t,
                 late_s=t - due,
@@ -189,7 +189,7 @@ class _Session:
         return Ending.TOO_SLOW if periods - begun > MOST_LATE * periods else Ending.TIME
 
     def asked(self, action: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-        """Return the lengths that an action asks for, their codes, and which of these were brought into the window."""
+        """Return target lengths of an action, their codes, and the mask of codes clipped to the window."""
         target = self._interface.action.target(action, self._map)
         angles = self._map.angles_from_travel(self._map.travel_from_lengths(target + self._correction))
         codes, saturated = self._map.saturating_codes(angles)
@@ -201,7 +201,7 @@ class _Session:
             self._hand.command_codes(np.round(command).astype(np.uint16))
 
     def _currents(self, period: int) -> Floats:
-        """Read currents, and now and then temperatures; a missing reading leaves NaN and is counted in `_blind`."""
+        """Read currents, and periodically temperatures; a missing reading returns NaN and is counted in `_blind`."""
         hottest = np.nan
         try:
             currents = self._hand.read_currents()

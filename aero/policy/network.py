@@ -1,7 +1,7 @@
-"""The policy network in NumPy: normaliser, swish layers, tanh of the mean.
+"""Policy network in NumPy: normaliser, swish layers, tanh of the mean.
 
-The same function as the deterministic Brax policy (`brax.training.agents.ppo`, `NormalTanhDistribution.mode`) for
-every observation within `NORMALISED_BOUND` standard deviations.
+Equal to the deterministic Brax policy (`brax.training.agents.ppo`, `NormalTanhDistribution.mode`) for every observation
+within `NORMALISED_BOUND` standard deviations.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
 Floats = NDArray[np.float32]
 
 NORMALISED_BOUND = 1e3
-"""Standard deviations from the mean at which observations saturate, so that none overflows; no real one comes near."""
+"""Saturation of observations against overflow, standard deviations from the mean; far beyond real observations."""
 ACTION_BOUND = float(np.nextafter(np.float32(1), np.float32(0)))
-"""Largest action; tanh alone rounds to one for large means."""
+"""Largest action, below 1; tanh alone rounds to 1 for large means."""
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,9 @@ class Layer:
     """One affine layer."""
 
     kernel: Floats
-    """(inputs, outputs)."""
+    """Weights, (inputs, outputs)."""
     bias: Floats
-    """(outputs,)."""
+    """Offsets, (outputs,)."""
 
     def __post_init__(self) -> None:
         _freeze(self, "kernel", "bias")
@@ -36,10 +36,10 @@ class Layer:
 
 @dataclass(frozen=True)
 class Network:
-    """A deterministic policy: 14 observations to 7 actions. Its arrays are copies that cannot be written to.
+    """Deterministic policy: 14 observations to 7 actions, with read-only copies of its arrays.
 
     Raises:
-        ValueError: layers that do not chain from 14 to 14, values that are not finite, a standard deviation of zero.
+        ValueError: layers not chaining from 14 to 14, values not finite, or a standard deviation not positive.
     """
 
     mean: Floats
@@ -47,7 +47,7 @@ class Network:
     std: Floats
     """Standard deviation of the observations, (14,), positive."""
     layers: tuple[Layer, ...]
-    """All layers; the last gives 7 means and 7 raw exploration scales, of which only the means are used."""
+    """All layers; the last one outputs 7 means, and 7 raw exploration scales that are ignored."""
 
     def __post_init__(self) -> None:
         _freeze(self, "mean", "std")
@@ -71,13 +71,13 @@ class Network:
         """Return the action for one observation or a batch.
 
         Args:
-            observation: (..., 14), m and rad and actions as `aero.policy.task.observe` lays them out.
+            observation: (..., 14), m, rad and actions, in the layout of `aero.policy.task.observe`.
 
         Returns:
             (..., 7) in command order, inside (-1, 1).
 
         Raises:
-            ValueError: the last axis is not 14 long or a value is not finite.
+            ValueError: last axis not of length 14, or a value not finite.
         """
         x = np.asarray(observation, dtype=np.float64)
         if x.shape[-1:] != (OBSERVATION_SIZE,):
@@ -94,7 +94,7 @@ class Network:
 
 
 def _freeze(holder: Layer | Network, *names: str) -> None:
-    """Replace arrays of a frozen dataclass by copies that cannot be written to."""
+    """Replace arrays of a frozen dataclass by read-only copies."""
     for name in names:
         array = np.array(getattr(holder, name))
         array.setflags(write=False)

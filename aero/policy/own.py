@@ -1,8 +1,7 @@
-"""Policies that people bring: an ONNX file, or a Python factory; with its interface in a TOML file beside it.
+"""User-supplied policies: an ONNX file or a Python factory, with the interface in a TOML file beside it.
 
-Each runs in a process of its own, so its exceptions, its exit, its output and its modules cost the policy only. An
-action has a time limit, and an ONNX file a memory limit. The process has the rights of the user: a policy is a program
-that one trusts.
+Each policy runs in its own process, so its exceptions, exit, output and modules cannot affect this program. Actions
+have a time limit, and an ONNX file a memory limit. The process has the rights of the user; run only trusted policies.
 """
 
 from __future__ import annotations
@@ -27,22 +26,22 @@ from aero.policy.task import ShownAction
 from aero.printable import printable
 
 START_S = 60.0
-"""Time for the imports of a policy, and for its first action, which may compile, s."""
+"""Time-out of a policy's imports, and of its first action, which may compile, s."""
 STEP_S = 2.0
-"""Time for each later action, s; four periods where these are longer."""
+"""Time-out of later actions, s, or `PERIODS` control periods if longer."""
 PERIODS = 4
 
 
 @dataclass
 class OwnNetwork:
-    """What people bring, with its answers checked: what does not fit is one line."""
+    """Client of a user-supplied policy's process; checks every action and raises one-line errors."""
 
     name: str
     """`FILE.onnx` or `package.module:factory`."""
     interface: Interface | None = None
-    """None until its file is known."""
+    """Interface of the policy; None until its file is known."""
     _patience_s: float = START_S
-    """Time for the next action, s."""
+    """Time-out of the next action, s."""
 
     @cached_property
     def _process(self) -> ChildProcess:
@@ -52,15 +51,15 @@ class OwnNetwork:
         return process
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the process out: each program has its own."""
+        """Return the state without the process; an unpickled copy starts its own."""
         return {"name": self.name, "interface": self.interface}
 
     @cached_property
     def file(self) -> Path:
-        """File beside which its interface lies.
+        """Path of the policy's own file; the interface file is beside it.
 
         Raises:
-            PolicyFileError: it cannot be loaded.
+            PolicyFileError: the policy cannot be loaded.
         """
         try:
             started = json.loads(self._process.wait_ready(START_S))
@@ -69,14 +68,14 @@ class OwnNetwork:
         return Path(self._well(started, "cannot be loaded")["file"])
 
     def end(self) -> None:
-        """End the process, when everything that it printed has been shown."""
+        """End the process after all of its output has been shown."""
         self._process.end(KILL_S, last_words="")
 
     def act(self, observation: ArrayLike) -> NDArray[np.float64]:
         """Return the action (m,) for an observation (n,).
 
         Raises:
-            PolicyFileError: the policy failed, did not answer in time, or its answer has another size or is not finite.
+            PolicyFileError: the policy failed or timed out, or its action has a wrong size or is not finite.
         """
         assert self.file
         assert self.interface is not None
@@ -97,7 +96,7 @@ class OwnNetwork:
         return np.array(action)
 
     def _well(self, answer: dict[str, Any], what: str) -> dict[str, Any]:
-        """Return the answer, or raise with the policy's own frames as a note."""
+        """Return `answer`; for a failure raise PolicyFileError with the policy's traceback as a note."""
         if "failed" not in answer:
             return answer
         error = PolicyFileError(f"{self.name} {what}: {answer['failed']}")
@@ -116,15 +115,15 @@ def _show(line: str) -> None:
 
 
 def is_own(name: str) -> bool:
-    """Return whether a name is that of an ONNX file or of a Python factory."""
+    """Return whether `name` denotes an ONNX file or a Python factory."""
     return name.endswith(ONNX) or (":" in name and not Path(name).exists())
 
 
 def load_own(name: str) -> Policy:
-    """Return the policy `FILE.onnx` or `package.module:factory`, tried once on an observation of zeros.
+    """Return the policy `FILE.onnx` or `package.module:factory` after a test run on an observation of zeros.
 
     Raises:
-        PolicyFileError: it or its interface cannot be read, or they do not fit each other.
+        PolicyFileError: unreadable policy or interface, or a mismatch between them.
     """
     if name.endswith(ONNX):
         if not Path(name).is_file():

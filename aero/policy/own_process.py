@@ -1,7 +1,7 @@
-"""Process of a policy that people bring, which `aero.policy.own` starts: its code decides no exit code of ours.
+"""Process of a user-supplied policy, started by `aero.policy.own`; isolates this program from the policy's code.
 
-A line in is an observation, a line out is an answer, JSON both. Standard output of the policy's own code goes to
-standard error. The process ends with its input, also in the middle of an action.
+Each input line is an observation and each output line an answer, both JSON. The policy's own standard output is
+redirected to standard error. The process exits when its input ends, even during an action.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ from numpy.typing import NDArray
 from aero.child_process import READY
 
 Actor = Callable[[NDArray[np.float64]], Any]
-"""From an observation (n,) to an action (m,)."""
+"""Function from an observation (n,) to an action (m,)."""
 ONNX = ".onnx"
 MOST_MEMORY = 2**30
-"""Memory that an ONNX model may allocate, bytes."""
+"""Memory limit of an ONNX model, bytes."""
 MOST_NUMBERS = 1000
-"""Longest action that is passed on; of a longer one only the size."""
+"""Size limit of a forwarded action; of a larger one only the shape is sent."""
 MOST_CHARACTERS = 300
-"""Characters of a message that are passed on."""
+"""Length limit of a forwarded message."""
 LIBRARY = sysconfig.get_path("stdlib")
 ENTRIES = 20
-"""Last entries of a traceback that are passed on."""
+"""Number of last traceback entries forwarded."""
 
 
 def main(name: str) -> None:
-    """Load the policy `name`, print `ready` with the file that its interface lies beside, and answer observations."""
+    """Load the policy `name`, print `ready` with the path of its file, and answer observations."""
     questions, answers = os.fdopen(os.dup(0), encoding="utf-8"), os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # `input` of the policy would take our lines
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # `input()` in the policy would read our lines
     os.dup2(2, 1)
 
     def answer(content: Any, *, word: str = "") -> None:
@@ -55,9 +55,9 @@ def main(name: str) -> None:
     threading.Thread(target=_take, args=(questions, lines), daemon=True).start()
     try:
         file, make = _onnx(name) if name.endswith(ONNX) else _python(name)
-    except BaseException as error:  # also SystemExit of a module
+    except BaseException as error:  # also SystemExit raised by a module
         answer(_failure(error), word=f"{READY} ")
-        os._exit(0)  # the thread waits for input
+        os._exit(0)  # a normal exit would wait for the reader thread
     answer({"file": file}, word=f"{READY} ")
     actor: Actor | None = None
     while True:
@@ -65,12 +65,12 @@ def main(name: str) -> None:
         try:
             actor = make() if actor is None else actor
             answer(_numbers(actor(observation)))
-        except BaseException as error:  # also SystemExit and KeyboardInterrupt of a step
+        except BaseException as error:  # also SystemExit and KeyboardInterrupt
             answer(_failure(error))
 
 
 def _take(questions: TextIO, lines: SimpleQueue[str]) -> None:
-    """Queue the lines that come, and end the process with its input."""
+    """Queue received lines, and exit the process at the end of input."""
     for line in questions:
         lines.put(line)
     os._exit(0)
@@ -83,7 +83,7 @@ def _numbers(action: Any) -> dict[str, Any]:
 
 
 def _failure(error: BaseException) -> dict[str, Any]:
-    """Return type and message with the place in the policy's own code, and the frames from there on."""
+    """Return type and message of an error, its line in the policy's own code, and the traceback from there."""
     every = traceback.extract_tb(error.__traceback__)
     own = [k for k, frame in enumerate(every) if _is_own(frame.filename)]
     where = f", {every[own[-1]].filename}:{every[own[-1]].lineno}" if own else ""
@@ -91,19 +91,19 @@ def _failure(error: BaseException) -> dict[str, Any]:
         where = f", {error.filename}:{error.lineno}"
     try:
         said = f"{type(error).__name__}: {error}"
-    except Exception:  # of a __str__ of its own
+    except Exception:  # raised by the error's own __str__
         said = type(error).__name__
     frames = traceback.format_list(every[own[0] :][-ENTRIES:]) if own else []
     return {"failed": " ".join(said.split())[:MOST_CHARACTERS].rstrip(": ") + where, "frames": frames}
 
 
 def _is_own(filename: str) -> bool:
-    """Return whether a file is neither of Python, nor installed, nor this one."""
+    """Return whether a file is the user's: not of the standard library, installed, or this module."""
     return not (filename == __file__ or filename.startswith(("<", LIBRARY)) or "-packages" in filename)
 
 
 def _onnx(path: str) -> tuple[str, Callable[[], Actor]]:
-    """Return what gives the first output of an ONNX model with one input, (1, n) of either precision."""
+    """Return the path, and a factory of a function to the first output of an ONNX model with one (1, n) input."""
     with suppress(ImportError):  # Windows
         import resource  # noqa: PLC0415
 
@@ -132,10 +132,10 @@ def _onnx(path: str) -> tuple[str, Callable[[], Actor]]:
 
 
 def _python(spec: str) -> tuple[str, Callable[[], Actor]]:
-    """Return the file of a module `package.module:name`, and its factory; the present folder is searched first."""
+    """Return the file and the factory of `package.module:name`; the current folder precedes installed packages."""
     name, _, attribute = spec.partition(":")
     here = str(Path.cwd())
-    # After the standard library: a `signal.py` that lies there is not meant by any `import signal` of a library.
+    # After the standard library, so that a local `signal.py` does not shadow `import signal` of a library.
     library = [k for k, entry in enumerate(sys.path) if entry.startswith(LIBRARY) and "-packages" not in entry]
     sys.path.insert(max(library, default=-1) + 1, here)
     module = _own_module(name, here) or importlib.import_module(name)
@@ -154,7 +154,7 @@ def _python(spec: str) -> tuple[str, Callable[[], Actor]]:
 
 
 def _own_module(name: str, folder: str) -> ModuleType | None:
-    """Return a module of the folder under a name that Python or this process uses, such as `serial`; None otherwise."""
+    """Return a module of `folder` with a name already used by Python or this process, such as `serial`, or None."""
     spec = PathFinder.find_spec(name, [folder])
     if (name not in sys.modules and name not in sys.stdlib_module_names) or spec is None or spec.loader is None:
         return None

@@ -1,7 +1,4 @@
-"""What goes into running a policy on a hand, when the loop ends the run, and what comes out of it.
-
-What may hurt the hand is watched by `aero.safety`.
-"""
+"""Settings, steps and result of a policy run; `aero.safety` guards the hand meanwhile."""
 
 from __future__ import annotations
 
@@ -20,7 +17,7 @@ from aero.policy.task import CHANNELS, ShownAction
 
 
 class Ending(Enum):
-    """Why a run of a policy ended."""
+    """Reason for the end of a policy run."""
 
     TIME = "the time was over"
     STOPPED = "the guard stopped the hand"
@@ -31,23 +28,23 @@ class Ending(Enum):
 
 TYPICAL_CORRECTION_FILE = "typical_correction.toml"
 NO_CORRECTION = (0.0,) * CHANNELS
-"""For a hand that is as the actuation map describes it."""
+"""Correction of a hand that matches the actuation map exactly."""
 
 
 @cache
 def typical_correction() -> tuple[float, ...]:
-    """Return the correction of the cables that healthy hands need on average, (7,), m, abduction rad.
+    """Return the mean cable-length correction of healthy hands, (7,), m, abduction rad.
 
-    By so much longer each channel must be commanded than the map says. A cable of another length moves the joints
-    behind a shaft that reads as it should. CMC flexion of drawn thumbs is off by 2.8 mm, with a standard deviation of
-    0.8 mm, so the mean is a better guess than zero for an unknown hand; `train/typical_correction.py` computes it.
+    The correction is added to each length from the map. It compensates a cable-length error, which offsets the joints
+    although the shaft reads correctly. CMC flexion of drawn thumbs is off by 2.8 mm on average, standard deviation
+    0.8 mm, so the mean is a better guess than zero. Source: `train/typical_correction.py`.
     """
     table = tomllib.loads((files("aero.policy.shipped") / TYPICAL_CORRECTION_FILE).read_text(encoding="utf-8"))
     return tuple(float(table["mean"][channel.label]) for channel in Channel)
 
 
 def slewed(before: Floats, wanted: Floats, most: Floats) -> Floats:
-    """Return `wanted` (7,), each channel at most `most` (7,) away from `before`."""
+    """Return `wanted` (7,), each channel clipped to `before` ± `most`, (7,) each."""
     step: Floats = np.clip(wanted - before, -most, most)
     return before + step
 
@@ -57,32 +54,30 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RunSettings:
-    """How to run a policy.
+    """Settings of a policy run.
 
     Raises:
-        ValueError: a time or a correction that cannot be used.
+        ValueError: a time or a correction out of range.
     """
 
     seconds: float = 15.0
-    """Time under the policy, s."""
+    """Run time of the policy, s."""
     settings: PolicySettings | None = None
-    """Nominal grasp, scales and rate; None for those of the policy's training."""
+    """Nominal grasp, scales and rate; None for those of the training."""
     correction: tuple[float, ...] = field(default_factory=typical_correction)
-    """By how much longer each channel of this hand must be commanded than the map says, (7,), m, abduction rad;
-    taken off again from what it measures. The typical one when left out."""
+    """Cable-length correction added to commands and subtracted from measurements, (7,), m, abduction rad."""
     approach_s: float = 1.5
-    """Time from where the hand is to the nominal grasp, and at the end back, s."""
+    """Duration of the ramp to the nominal grasp, and of the return at the end, s."""
     wait_s: float = 1.5
-    """Time in the nominal grasp before the policy begins, for placing the object, s."""
+    """Wait in the nominal grasp for placing the object, s."""
     dry: bool = False
-    """Whether nothing is written: the policy acts on what it reads, and the hand stays as it is."""
+    """Dry run: the policy acts on the readings, but no command is sent."""
     one_period_late: bool = False
-    """Whether each command is written a period late, as the official ROS 2 node does."""
+    """Delay of each command by one period, as in the official ROS 2 node."""
     shown_action: ShownAction | None = None
-    """Action that the policy is shown; None for the one that it was trained with. The official node shows the last
-    one to every policy."""
+    """Past action in the observation; None for that of the training. The official node shows every policy the last."""
     shaft_speed_rad_s: float = 12.9
-    """Fastest commanded change of a shaft; the servo's own no-load speed, 740 °/s."""
+    """Slew limit of the commands, rad/s at the shaft; default: the servo's no-load speed, 740 °/s."""
 
     def __post_init__(self) -> None:
         for name in ("seconds", "approach_s", "shaft_speed_rad_s"):
@@ -96,57 +91,57 @@ class RunSettings:
 
 @dataclass(frozen=True)
 class Step:
-    """One control period; channel arrays are (7,) in command order."""
+    """Record of one control period; channel arrays are (7,) in command order."""
 
     t: float
-    """When it began, clock s."""
+    """Start of the period, clock s."""
     late_s: float
-    """How much later than its turn that was, s."""
+    """Delay of the start, s."""
     codes: NDArray[np.uint16]
-    """Positions as read."""
+    """Measured position codes."""
     lengths: Floats
-    """The same in the simulator's lengths, m, abduction rad."""
+    """Measured simulator lengths minus the correction, m, abduction rad."""
     observation: Floats
-    """What the policy saw, (14,)."""
+    """Observation given to the policy; (14,) in the cube task."""
     action: Floats
-    """What it did."""
+    """Clipped action of the policy."""
     target: Floats
-    """The lengths that it asked for, m, abduction rad."""
+    """Target lengths of the action, m, abduction rad."""
     command: NDArray[np.uint16]
-    """The codes written for it."""
+    """Commanded position codes."""
     saturated: NDArray[np.bool_]
-    """Channels whose target lay outside the command window."""
+    """Mask of channels with a target outside the command window."""
     limited: NDArray[np.bool_]
-    """Channels that were held back to the limit of the shaft's speed."""
+    """Mask of channels clipped by the slew limit."""
     currents_a: Floats
-    """Motor currents after the write, A; NaN where the reading is missing."""
+    """Motor currents after the command, A; NaN for a missing reading."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a run came to."""
+    """Result of a policy run."""
 
     ending: Ending
-    """Why it ended."""
+    """Reason for the end."""
     reason: str
-    """What the guard saw when it stopped the hand; empty otherwise."""
+    """Message of the guard's stop; empty otherwise."""
     steps: int
-    """Periods in which the policy acted."""
+    """Number of periods with an action."""
     missing: int
-    """Periods in which a reading was missing and the command stayed."""
+    """Number of periods with a missing position reading, which keep the last command."""
     saturated: int
-    """Periods in which a target lay outside the command window."""
+    """Number of periods with a target outside the command window."""
     limited: int
-    """Periods in which the limit of the shaft's speed held a command back."""
+    """Number of periods with a command clipped by the slew limit."""
     latest_s: float
     """Largest delay of a period's start, s."""
     peak_current_a: float
     """Largest motor current, A."""
     peak_temperature_c: float
-    """Largest servo temperature, °C; NaN when none was read."""
+    """Largest servo temperature, °C; NaN without a reading."""
     skipped: int = 0
-    """Periods without an action, because those before took longer than a period."""
+    """Number of periods skipped because earlier ones overran."""
     slow: int = 0
-    """Periods whose action took the policy longer than a period of real time."""
+    """Number of periods with a policy call longer than a period, in real time."""
     clipped: int = 0
-    """Periods in which an action was cut off at the clip."""
+    """Number of periods with a clipped action."""

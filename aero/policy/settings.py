@@ -1,4 +1,4 @@
-"""What surrounds a policy's network: rate, nominal grasp, scales and noise, with the paper's two sets as presets."""
+"""Settings of a policy: rate, nominal grasp, scales and noise, with the paper's two sets as presets."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ Row = tuple[float, ...]
 
 
 MOST_TARGET = 10.0
-"""Largest target, scale and noise, m or rad: far beyond any cable or joint."""
+"""Limit of targets, scales and noise, m or rad; far beyond any cable or joint."""
 RATE_HZ = (0.01, 1000.0)
-"""Least and largest control rate, Hz; a hand answers some 300 times a second."""
+"""Range of the control rate, Hz; a hand answers about 300 requests a second."""
 _RANGES: dict[str, dict[str, float]] = {
     "nominal": {"least": -MOST_TARGET, "most": MOST_TARGET},
     "scale": {"above": 0.0, "most": MOST_TARGET},
@@ -23,11 +23,12 @@ _RANGES: dict[str, dict[str, float]] = {
 
 
 def checked_number(name: str, value: float, *, least: float = -inf, above: float = -inf, most: float = inf) -> None:
-    """Refuse a number that is not finite, or out of its range.
+    """Refuse a number that is not finite or out of range.
+
+    A range comparison alone would accept NaN, which would reach the hand as a position.
 
     Raises:
-        ValueError: with name, range and value. A comparison alone would let NaN through, and a NaN reaches the hand as
-            a position.
+        ValueError: the message has name, range and value.
     """
     if not (isfinite(value) and least <= value <= most and value > above):
         wanted = f" and above {above:g}" if above > -inf else f" and at least {least:g}" if least > -inf else ""
@@ -37,11 +38,11 @@ def checked_number(name: str, value: float, *, least: float = -inf, above: float
 
 @dataclass(frozen=True)
 class PolicySettings:
-    """The settings that may differ between training a policy and running it (paper table "policycfg").
+    """Policy settings that may differ between training and deployment (paper table "policycfg").
 
     Raises:
-        ValueError: a row that is not seven finite values, a scale or rate that is not positive, noise below zero, or
-            a torque limit outside (0, 1].
+        ValueError: a row without seven finite values, a scale or rate not positive, noise below zero, or a torque
+            limit outside (0, 1].
     """
 
     nominal: Row
@@ -51,9 +52,9 @@ class PolicySettings:
     noise: Row = (0.0,) * CHANNELS
     """Half width of the uniform noise added to each measured value."""
     control_rate_hz: float = 20.0
-    """Actions a second."""
+    """Control rate, Hz."""
     torque_limit: float | None = None
-    """Share of its stall torque that a servo may use; None for the firmware's own limit."""
+    """Torque limit of every servo, fraction of its stall torque; None for the firmware's limit."""
 
     def __post_init__(self) -> None:
         for name in ("nominal", "scale", "noise"):
@@ -68,7 +69,7 @@ class PolicySettings:
 
     @property
     def period_s(self) -> float:
-        """Time between two actions, s."""
+        """Control period, s."""
         return 1.0 / self.control_rate_hz
 
 
@@ -77,12 +78,12 @@ PAPER_TRAINING = PolicySettings(
     scale=(0.02, 0.02, 0.02, 0.02, 0.7, 0.003, 0.012),
     noise=(0.005, 0.005, 0.005, 0.005, 0.05, 0.005, 0.005),
 )
-"""Paper eqs. (obs) and (action)."""
+"""Settings of the paper's training, eqs. (obs) and (action)."""
 
 PAPER_DEPLOYMENT = PolicySettings(
     nominal=(0.083, 0.082, 0.082, 0.086, 0.75, 0.035, 0.1),
     scale=(0.026, 0.026, 0.026, 0.024, 0.7, 0.003, 0.012),
 )
-"""Paper table "policycfg"; the values of each finger from the official ROS 2 node `rl_z_rotation_deploy`."""
+"""Deployment settings: paper table "policycfg"; finger values from the official ROS 2 node `rl_z_rotation_deploy`."""
 
 PRESETS = {"training": PAPER_TRAINING, "deployment": PAPER_DEPLOYMENT}

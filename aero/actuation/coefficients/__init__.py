@@ -1,7 +1,7 @@
-"""The numbers of the actuation map: the mechanism's winding radii and what was identified on the simulator.
+"""Coefficients of the actuation map: winding radii of the mechanism and a fit on the simulator.
 
-Two files are shipped: `paper`, the published ones and the default, and `identified`, from this project's own model by
-`python -m train.identification.map_identification`. A file of another hand or model loads the same way.
+Two sets are shipped: `paper`, the published one and the default, and `identified`, fitted to this project's model by
+`python -m train.identification.map_identification`. A set for another hand or model loads from a TOML file.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ Matrix = tuple[Vector, ...]
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Everything the map knows in numbers; SI units; tuples, so that a map can be compared, hashed and made static."""
+    """Coefficients of an actuation map, SI units; tuples, so that a map can be compared, hashed and made static."""
 
     name: str
-    """What a recording or message calls this set."""
+    """Name of the set in recordings and messages."""
     source: str
-    """Where the numbers come from."""
+    """Origin of the numbers."""
     finger_winding: Vector
-    """(3,) cable taken up per MCP, PIP and DIP angle, m/rad, the same for all fingers."""
+    """(3,) cable taken up per MCP, PIP and DIP angle, m/rad, equal for all fingers."""
     thumb_winding: Matrix
     """(2, 4) rows CMC cable and flexor cable; per abduction, CMC, MCP and IP angle, m/rad."""
     spool_radius: float
@@ -57,14 +57,14 @@ class Coefficients:
     thumb_gain: Vector
     """(2,) travel of the CMC and flexor cable on the hand per length in the simulator, m/m."""
     thumb_offset: Vector
-    """(2,) constants that belong to `thumb_gain`, m."""
+    """(2,) constant terms beside `thumb_gain`, m."""
 
     def __post_init__(self) -> None:
         for field, shape in _SHAPES.items():
             array = np.array(getattr(self, field), np.float64)
             if array.shape != shape or not np.isfinite(array).all():
                 self._refuse(field, f"must be finite and have shape {shape}")
-            # Tuples, whatever the caller keeps.
+            # Convert to tuples, so that the caller's list cannot change them later.
             rows = array.tolist()
             object.__setattr__(self, field, tuple(map(tuple, rows)) if array.ndim == 2 else tuple(rows))
         if not (math.isfinite(self.spool_radius) and self.spool_radius > 0.0):
@@ -103,7 +103,7 @@ def load_coefficients(name_or_path: str | Path) -> Coefficients:
 
 
 def coefficients_from_toml(text: str) -> Coefficients:
-    """Parse a coefficient file; what is not in `Coefficients` is provenance for people and ignored."""
+    """Parse a coefficient file; keys outside `Coefficients` are provenance for readers and ignored."""
     data = tomllib.loads(text)
     try:
         mechanism, simulation = data["mechanism"], data["simulation"]

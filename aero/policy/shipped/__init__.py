@@ -1,4 +1,4 @@
-"""The policy that comes with the project, by name."""
+"""Shipped policies by name."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from aero.policy.interface import PolicyFileError
 from aero.policy.own import is_own, load_own
 
 DEFAULT = "steady"
-"""What `aero-hil train steady` made: for any cube on a hand that is corrected for."""
+"""Policy trained by `aero-hil train steady`, for any cube on a hand with a cable-length correction."""
 _SUFFIX = ".npz"
 
 
 def shipped_policies() -> tuple[str, ...]:
-    """Return their names."""
+    """Return the names of the shipped policies."""
     return tuple(sorted(Path(entry.name).stem for entry in files(__name__).iterdir() if entry.name.endswith(_SUFFIX)))
 
 
 def find_policy(name: str) -> Policy:
-    """Return a shipped policy by its name, the policy in a file by its path, or what a Python factory makes.
+    """Return a policy by shipped name, path, or Python factory.
 
     Args:
         name: `steady`, a policy file, `FILE.onnx` or `package.module:factory`.
 
     Raises:
-        PolicyFileError: neither a shipped name nor a policy file that can be run.
+        PolicyFileError: unknown name, or a policy that cannot be run.
     """
     if name in shipped_policies():
         with as_file(files(__name__) / f"{name}{_SUFFIX}") as path:
