@@ -1,8 +1,8 @@
-"""The pytest plugin of aero-hil: options, marks, and the fixtures `aero_target`, `aero_hand` and `aero_session_target`.
+"""Pytest plugin of aero-hil: options, marks, and the fixtures `aero_target`, `aero_hand` and `aero_session_target`.
 
-It is there in every project whose environment has aero-hil, so it leaves alone whatever does not use its fixtures: an
-option that the project has too is the project's, marks count only on tests with our fixtures, and no package of ours is
-imported before a test needs it. Where another module has the name of a package of ours, one line says so.
+Pytest loads the plugin in every environment with aero-hil, so tests without these fixtures must be unaffected: options
+of the project have priority, marks apply only to tests with these fixtures, and packages are imported on first use. A
+header line reports modules that hide packages of aero-hil.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def _seed(text: str) -> int:
-    """Return what NumPy takes as a seed; the parser makes one line of the error."""
+    """Return a valid NumPy seed; pytest's parser turns the error into one line."""
     if not 0 <= int(text) < 2**32:
         raise ValueError
     return int(text)
@@ -55,7 +55,7 @@ MARKERS = (
     "fault(text, ...): gets an emulated hand of its own with these faults, NAME[:CHANNEL][=SEVERITY][@SECONDS]",
 )
 SOFTWARE = ("emulated", "pty")
-"""Targets that any number of test processes may open at once."""
+"""Targets that several test processes may open simultaneously."""
 SLEPT = (
     "this test waited for {seconds:g} s of real time, in which the emulated hand's time stood still: it moved nothing; "
     "use `aero_target.clock.sleep_until(aero_target.clock.now() + SECONDS)`, which waits on any hand"
@@ -65,9 +65,9 @@ WIDER = "\naero-hil: a fixture of a wider scope than a function's takes `aero_se
 _SHARED: pytest.StashKey[SharedHand] = pytest.StashKey()
 _LENT: pytest.StashKey[LentHand] = pytest.StashKey()
 _NO_HAND = pytest.StashKey[str]()
-"""Why the hand could not be opened, in a worker of pytest-xdist."""
+"""Error that prevented opening the hand, in a worker of pytest-xdist."""
 _FAILED = pytest.StashKey[str]()
-"""Name of the presence test that failed."""
+"""Name of the failed presence test."""
 
 
 def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
@@ -79,14 +79,14 @@ def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginMa
 def pytest_load_initial_conftests(
     early_config: pytest.Config, parser: pytest.Parser
 ) -> Generator[None, object, object]:
-    """Add the short names after the options of the project's conftest files, whose names count."""
+    """Add the short option names after those of the project's conftest files, which have priority."""
     result = yield
     OPTIONS.add_short_names(parser, early_config)
     return result
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the markers, and refuse options that cannot work before any test process starts."""
+    """Register the markers, and reject invalid options before any test process starts."""
     for marker in MARKERS:
         config.addinivalue_line("markers", marker)
     option, name = config.option, config.option.aero_hil
@@ -97,7 +97,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:
-    """Say in one line what of aero-hil this project has hidden."""
+    """Return a header line if the project hides packages of aero-hil."""
     if line := hidden():
         return [f"aero-hil stands aside: {line}"]
     return OPTIONS.header(config)
@@ -105,10 +105,9 @@ def pytest_report_header(config: pytest.Config) -> list[str]:
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, object, object]:
-    """Put presence tests first and those that home last, whose zero stays; other projects' tests keep their places.
+    """Run presence tests first and homing tests last, because homing changes the zero; keep all other tests in place.
 
-    This comes after every other hook, so that a mark counts from wherever pytest takes marks: of functions, classes,
-    modules, parameters, and of collection hooks.
+    Runs after every other hook, so that marks added by collection hooks apply too.
     """
     result = yield
     places = [place for place, item in enumerate(items) if _uses(item)]
@@ -124,12 +123,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, o
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> str | list[str]:
-    """Say which hand will be tested, in a session that tests one."""
+    """Return a line that describes the hand under test, if any test uses one."""
     return f"aero-hil: {_spec(config).describe()}" if any(map(_uses, items)) else []
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
-    """Open the hand before the first test, so that a missing one is one error and not one for every test."""
+    """Open the hand before the first test, so that a missing hand is one error instead of one per test."""
     config = session.config
     if config.option.collectonly or not any(map(_uses, session.items)):
         return
@@ -138,13 +137,13 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     except pytest.UsageError as error:
         if not hasattr(config, "workerinput"):
             raise
-        # pytest-xdist takes a worker that ends for a crash; the first test says it there.
+        # pytest-xdist reports a worker that exits as a crash, so the first test raises the error instead.
         config.stash[_NO_HAND] = str(error)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Skip what this hand cannot or must not do before any fixture moves it."""
+    """Skip tests that this hand cannot run, before any fixture moves the hand."""
     if _uses(item):
         _refuse(item)
         if not _fault_texts(item):
@@ -152,7 +151,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 def _refuse(item: pytest.Item) -> None:
-    """Skip or fail a test that this hand is not for, with the reason."""
+    """Skip or fail a test that this hand cannot run, with the reason."""
     stash = item.config.stash
     if _NO_HAND in stash and _FAILED not in stash:
         stash[_FAILED] = item.name
@@ -164,7 +163,7 @@ def _refuse(item: pytest.Item) -> None:
 
 
 def _give(item: pytest.Item, target: Target, faults: tuple[str, ...] = ()) -> None:
-    """Note which hand a test has got, for its report and for its end."""
+    """Record the hand of a test, for its report and teardown."""
     lent_hand = _ours("hil.targets.lent_hand")
     if _LENT not in item.stash:
         item.user_properties += lent_hand.properties(target, _ours("hil.recordings.provenance").source_commit())
@@ -172,14 +171,14 @@ def _give(item: pytest.Item, target: Target, faults: tuple[str, ...] = ()) -> No
 
 
 def _count_from_now(item: pytest.Item) -> None:
-    """Let the waits of a test with a hand begin now, those in real time and those of the hand."""
+    """Restart the counting of waits, in real time and in hand time."""
     if (lent := item.stash.get(_LENT, None)) is not None:
         item.stash[_LENT] = lent.from_now()
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_fixture_setup(request: pytest.FixtureRequest) -> Generator[None, object, object]:
-    """Let what a fixture does to the shared hand end with that fixture, after its own teardown."""
+    """Undo a fixture's acts on the shared hand after the fixture's own teardown."""
     if (shared := request.config.stash.get(_SHARED, None)) is None:
         return (yield)
     before, mine = shared.present(), list[str]()
@@ -193,8 +192,8 @@ def pytest_fixture_setup(request: pytest.FixtureRequest) -> Generator[None, obje
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
-    """Fail a test whose mark `fault` reached no hand, or that waited in real time while its hand's time stood."""
-    if "aero_target" not in getattr(item, "fixturenames", ()):  # wider fixtures may have waited for what they like
+    """Fail a test whose mark `fault` was added too late, or that waited in real time without advancing hand time."""
+    if "aero_target" not in getattr(item, "fixturenames", ()):  # waits of wider fixtures do not count
         _count_from_now(item)
     try:
         result = yield
@@ -208,7 +207,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 
 def _why_it_shows_nothing(item: pytest.Item) -> str:
-    """Return why the ending of a test says nothing about its hand; empty where it does."""
+    """Return the reason why a test's result is invalid for its hand, or "" if valid."""
     if (lent := item.stash.get(_LENT, None)) is None:
         return ""
     if late := [text for text in _fault_texts(item) if text not in lent.faults]:
@@ -218,7 +217,7 @@ def _why_it_shows_nothing(item: pytest.Item) -> str:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, object, object]:
-    """Record what a test and its fixtures did to the hand, and undo it after all its fixtures."""
+    """Record the acts of a test on the hand, and undo them after all its fixtures."""
     if (lent := item.stash.get(_LENT, None)) is not None:
         item.user_properties += lent.done()
     try:
@@ -230,7 +229,7 @@ def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, object, object
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Remember a presence test that failed, and name the fixture for wider scopes."""
+    """Store a failed presence test, and name the fixture for wider scopes in scope errors."""
     report = yield
     if report.failed and item.get_closest_marker("presence") and _uses(item):
         item.config.stash[_FAILED] = item.name
@@ -241,19 +240,19 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 @pytest.fixture(scope="session")
 def _aero_hil(request: pytest.FixtureRequest) -> Callable[[], SharedHand]:
-    """Open the hand of the session; a test with this among its fixtures uses ours, whoever overrides the others."""
+    """Opener of the session's hand; marks tests that use our fixtures, even overridden ones."""
     return lambda: _shared(request.config)
 
 
 @pytest.fixture(scope="session")
 def aero_session_target(_aero_hil: Callable[[], SharedHand]) -> Target:
-    """The hand of the session, for fixtures of a wider scope than a function; as other tests leave it."""
+    """Hand of the session, for fixtures of a wider scope than a function; in the state after earlier tests."""
     return _aero_hil().target
 
 
 @pytest.fixture
 def aero_target(request: pytest.FixtureRequest, _aero_hil: Callable[[], SharedHand]) -> Iterator[Target]:
-    """The hand chosen by `--hil`, see `hil.Target`: at rest; one of its own for a test with faults."""
+    """Hand selected by `--hil` (see `hil.Target`), at rest; a separate hand for each test with faults."""
     item, texts = request.node, _fault_texts(request.node)
     _refuse(item)
     if not texts:
@@ -274,7 +273,7 @@ def aero_target(request: pytest.FixtureRequest, _aero_hil: Callable[[], SharedHa
 
 @pytest.fixture
 def aero_hand(request: pytest.FixtureRequest, aero_target: Target) -> Hand:
-    """The driver of the target's hand, commanded open and at rest."""
+    """Driver of the target's hand, commanded open and at rest."""
     aero_target.hand.command_codes([0] * 7)
     if not _ours("hil.targets.lent_hand").at_rest(aero_target):
         pytest.fail("the hand does not come to rest after it was commanded open")
@@ -283,7 +282,7 @@ def aero_hand(request: pytest.FixtureRequest, aero_target: Target) -> Hand:
 
 
 def _ours(name: str) -> Any:
-    """Import a module of ours; raises UsageError where another has its name, or it needs what is not there."""
+    """Import a module of aero-hil; raise UsageError if the module is hidden or a dependency is missing."""
     if line := hidden():
         raise pytest.UsageError(line)
     try:
@@ -294,13 +293,13 @@ def _ours(name: str) -> Any:
 
 
 def _workers(config: pytest.Config) -> int:
-    """Return how many processes pytest-xdist starts: `-n` as it resolved it, or `--tx 3*popen`."""
+    """Return the number of processes of pytest-xdist, from `-n` or `--tx 3*popen`."""
     counts = (spec.partition("*")[0] for spec in getattr(config.option, "tx", None) or () if spec)
     return sum(int(count) if count.isdigit() else 1 for count in counts)
 
 
 def _uses(item: pytest.Item) -> bool:
-    """Return whether a test uses a fixture of this file, and not only another one of its name."""
+    """Return whether a test uses a fixture of this file, as opposed to another one of equal name."""
     return "_aero_hil" in getattr(item, "fixturenames", ())
 
 
@@ -309,7 +308,7 @@ def _fault_texts(item: pytest.Item) -> tuple[str, ...]:
 
 
 def _shared(config: pytest.Config) -> SharedHand:
-    """Return the hand of the session, opened by the first who asks; raises UsageError where it cannot be."""
+    """Return the hand of the session, opening it on first use; raise UsageError if it cannot be opened."""
     if _SHARED not in config.stash:
         opened = ExitStack()
         try:
@@ -317,25 +316,25 @@ def _shared(config: pytest.Config) -> SharedHand:
         except Exception as error:
             code, line = (exits := _ours("hil.cli.exits")).ending(error)
             if code == exits.Exit.DEFECT and not isinstance(error, (pytest.UsageError, ValueError)):
-                raise  # its traceback is worth more than a line
+                raise  # a defect needs its traceback
             raise pytest.UsageError(str(error) if code == exits.Exit.DEFECT else line) from error
         config.add_cleanup(opened.close)
         lent_hand = _ours("hil.targets.lent_hand")
-        if config.option.aero_hil not in SOFTWARE:  # as a mark `fault` there
+        if config.option.aero_hil not in SOFTWARE:  # like tests with a mark `fault`
             target = lent_hand.refusing_acts(target, lambda _: pytest.skip(lent_hand.NOT_EMULATED))
         config.stash[_SHARED] = lent_hand.SharedHand(target)
     return config.stash[_SHARED]
 
 
 def _spec(config: pytest.Config, texts: Sequence[str] = ()) -> HandSpec:
-    """Return the hand that the options choose, with these faults."""
+    """Return the hand selected by the options, with these faults."""
     with _usage_errors("--hil: "):
         spec: HandSpec = _ours("hil.targets.lent_hand").chosen(config.option, texts)
     return spec
 
 
 def _opener(config: pytest.Config, texts: Sequence[str] = ()) -> AbstractContextManager[Target]:
-    """Return the target's context manager, not yet entered."""
+    """Return the target's context manager, without entering it."""
     with _usage_errors():
         target: AbstractContextManager[Target] = _ours("hil.targets.opening").open_target(_spec(config, texts))
     return target
@@ -343,7 +342,7 @@ def _opener(config: pytest.Config, texts: Sequence[str] = ()) -> AbstractContext
 
 @contextmanager
 def _usage_errors(begin: str = "") -> Iterator[None]:
-    """Raise UsageError for what an option or a mark says and no hand can be."""
+    """Turn the ValueError of an invalid option or mark into a UsageError."""
     try:
         yield
     except ValueError as error:

@@ -1,1 +1,1 @@
-"""Robots of Feetech servos: emulated on a bus, checked and set up, and a suite for drivers of that bus."""
+"""Robots of Feetech servos: emulation on a bus, servo checks and setup, and a test suite for bus drivers."""

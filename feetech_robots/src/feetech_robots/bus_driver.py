@@ -1,4 +1,4 @@
-"""A driver of the servo bus under test, and the emulated bus that it is tested on, in a process of its own."""
+"""Interface of a bus driver under test, and the emulated bus for its tests, in a separate process."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from typing import Protocol, cast
 from aero.child_process import ChildProcess
 
 START_S, ANSWER_S = 60.0, 20.0
-"""Time the emulator has to start, and to carry out an order, s."""
+"""Time-outs of the emulator's start and of an order, s."""
 STOP_S = 10.0
-"""Time the emulator has to leave after SIGTERM, s."""
+"""Time-out of the emulator's exit after SIGTERM, s."""
 
 
 class BusDriver(Protocol):
-    """What the suite asks of a driver; an adapter of a few lines gives it.
+    """Driver interface of the suite; an adapter of a few lines implements it.
 
-    Registers have the names of `firmware_emulator/servo/models`, values are register counts with their sign. What goes
-    wrong is told by any exception. What a driver has no call for raises `NotImplementedError`.
+    Registers have the names of `firmware_emulator/servo/models`; values are signed register counts. Errors are raised
+    as any exception. A function missing from the driver raises `NotImplementedError`.
     """
 
     def read(self, servo: int, register: str) -> int:
@@ -30,34 +30,34 @@ class BusDriver(Protocol):
         ...
 
     def write(self, servo: int, register: str, value: int) -> None:
-        """Write a register of one servo, and hear that it was taken."""
+        """Write a register of one servo and wait for the acknowledgement."""
 
     def sync_read(self, register: str, servos: Sequence[int]) -> Mapping[int, int | None]:
-        """Return one register of several servos; None, or no entry, for one that did not answer."""
+        """Return one register of several servos, by ID; None or no entry for a servo without an answer."""
         ...
 
     def sync_write(self, register: str, values: Mapping[int, int]) -> None:
         """Write one register of several servos, by ID."""
 
     def store(self, servo: int, register: str, value: int) -> None:
-        """Write a register for good, in the order that the driver has for that: torque, lock, write, lock."""
+        """Write a register to EEPROM by the driver's sequence: torque off, unlock, write, lock."""
 
     def middle(self, servo: int) -> None:
         """Make the present position the middle of the turn, by the offset."""
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
 
 
 Factory = Callable[[str, Mapping[int, str]], BusDriver]
-"""Makes a driver of a port and the models by ID."""
+"""Factory of a driver, from the port and the servo models by ID."""
 
 
 def driver_factory(name: str) -> Factory:
-    """Return the factory of `package.module:function`.
+    """Return the factory named `package.module:function`.
 
     Raises:
-        ValueError: there is none; the message says why.
+        ValueError: the factory cannot be imported; the message gives the reason.
     """
     module, colon, function = name.partition(":")
     if not colon:
@@ -69,7 +69,7 @@ def driver_factory(name: str) -> Factory:
 
 
 class ServedBus:
-    """An emulated robot on a pseudo-terminal, and orders to it; each order is answered."""
+    """Emulated robot on a pseudo-terminal, controlled by orders; each order is answered."""
 
     def __init__(self, port: str, process: ChildProcess) -> None:
         self.port = port
@@ -77,11 +77,11 @@ class ServedBus:
         self._process = process
 
     def order(self, *words: object) -> str:
-        """Give an order of `feetech_robots.robot_bus.ORDERS`; return what it says.
+        """Send an order of `feetech_robots.robot_bus.ORDERS`; return its answer.
 
         Raises:
-            ValueError: it was refused.
-            ChildError: there is no answer.
+            ValueError: the emulator refused the order.
+            ChildError: the emulator did not answer.
         """
         self._process.send(" ".join(map(str, words)) + "\n")
         answer = self._process.read_line(ANSWER_S)
@@ -90,11 +90,11 @@ class ServedBus:
         return answer
 
     def peek(self, servo: int, register: str) -> int:
-        """Return what a register really holds."""
+        """Return the value of a register, read inside the emulator."""
         return int(self.order("peek", servo, register))
 
     def pass_time(self, seconds: float) -> None:
-        """Return when the emulated time has gone on by this much."""
+        """Wait until the emulated time has advanced by `seconds`."""
         end = float(self.order("now")) + seconds
         while float(self.order("now")) < end:
             pass
@@ -102,10 +102,10 @@ class ServedBus:
 
 @contextmanager
 def served_bus(robot: Path) -> Iterator[ServedBus]:
-    """Serve a robot's file in a process of its own, so that it shares no interpreter with a driver that polls.
+    """Serve a robot file in a separate process, so that a polling driver cannot starve the emulator's interpreter.
 
     Raises:
-        ChildError: it does not start.
+        ChildError: the emulator does not start.
     """
     with tempfile.TemporaryDirectory() as folder:
         link = Path(folder) / "bus"

@@ -1,4 +1,4 @@
-"""Serves a chain of servos in real time: their bus on a pseudo-terminal, or on a real serial port."""
+"""Real-time server of a servo chain: the bus on a pseudo-terminal or on a serial port."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from firmware_emulator.servo_chain import ServoChain
 
 
 class BusServer(Closing):
-    """A chain of servos behind a terminal or a port; a context manager."""
+    """Server of a servo chain on a terminal or port; a context manager."""
 
     def __init__(
         self, chain: ServoChain, *, link: Path | None = None, port: str | None = None, echo: bool = False
     ) -> None:
-        """Open it; nothing is served before `run`.
+        """Open the terminal or port; `run` starts serving.
 
         Args:
-            chain: what to serve.
-            link: symbolic link to the terminal.
-            port: serial port (device path or pyserial URL) to serve on in place of a terminal.
-            echo: whether the terminal echoes what it sends, as some half-duplex adapters do.
+            chain: servo chain to serve.
+            link: symbolic link to create for the terminal.
+            port: serial port (device path or pyserial URL) to use instead of a terminal.
+            echo: whether the terminal echoes received bytes, like some half-duplex adapters.
 
         Raises:
-            FileExistsError: the link exists already.
+            FileExistsError: `link` exists already.
             serial.SerialException: the port cannot be opened.
         """
         self._chain = chain
@@ -46,11 +46,11 @@ class BusServer(Closing):
         return self._end.name
 
     def also(self, end: End, take: Callable[[bytes], object]) -> None:
-        """Hand what arrives at one more end to `take`, when it is seen, until the end raises `EOFError`."""
+        """Pass the bytes of an additional end to `take` until the end raises `EOFError`."""
         self._takers[end] = take
 
     def run(self, stop: Callable[[], bool]) -> None:
-        """Serve in real time until `stop()` holds; it is asked at least every 50 ms."""
+        """Serve in real time until `stop()`, polled at least every 50 ms, returns true."""
         serve(self._chain.kernel, self._takers, self._take, stop)
 
     def close(self) -> None:
@@ -61,7 +61,7 @@ class BusServer(Closing):
         try:
             data = end.read()
         except EOFError:
-            # An ended end is always ready, and would keep the loop busy.
+            # An end at EOF is always ready to read and would make the loop spin.
             del self._takers[end]
         else:
             if self._echo and end is self._end:

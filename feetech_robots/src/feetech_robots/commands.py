@@ -1,4 +1,4 @@
-"""The commands that this package brings to `aero-hil`."""
+"""Commands added to `aero-hil` by this package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`aero-hil emulate-bus`: any robot of bus servos on a pseudo-terminal, in real time."""
+"""Command `aero-hil emulate-bus`: any robot of bus servos on a pseudo-terminal, in real time."""
 
 from __future__ import annotations
 
@@ -49,35 +49,35 @@ def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool,
 
 
 class StandardInput:
-    """What is typed, or written by the program that started this one; its end is no order."""
+    """Standard input as an end of `BusServer`; at EOF the server continues."""
 
     def fileno(self) -> int:
         """Return the descriptor to wait on."""
         return sys.stdin.fileno()
 
     def read(self) -> bytes:
-        """Return what is there.
+        """Return the available bytes.
 
         Raises:
-            EOFError: it has ended.
+            EOFError: standard input is at its end.
         """
         if data := os.read(self.fileno(), 4096):
             return data
         raise EOFError
 
     def close(self) -> None:
-        """Leave it open; it is not ours."""
+        """Do nothing; standard input belongs to the process."""
 
 
 class Orders:
-    """Carries out lines of text; what is no order is said on standard error."""
+    """Executor of orders in lines of text; each order is answered with one line."""
 
     def __init__(self, robot: RobotBus) -> None:
         self._robot = robot
         self._begun = b""
 
     def take(self, data: bytes) -> None:
-        """Take what arrived, whole lines or parts of them."""
+        """Execute the complete lines in `data`, and buffer a partial one."""
         *lines, self._begun = (self._begun + data).split(b"\n")
         for line in filter(None, lines):
             try:

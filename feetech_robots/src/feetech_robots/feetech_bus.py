@@ -1,7 +1,7 @@
-"""One question at a time to any Feetech bus servo, over any byte stream.
+"""Bus master for any Feetech servo over any byte stream, one request at a time.
 
-The wire format is stated here on its own, beside the emulator's, so that a misread number makes them disagree. Nothing
-here needs the maker's SDK, so that what a driver misreads does not hide what a servo says.
+The wire format is implemented independently of the emulator, so that a mistake in one of them shows up as a mismatch,
+and independently of the maker's SDK and its errors.
 `FF FF id length code parameters checksum`; source: FTServo_Arduino v2.0.0, `SCS.cpp`.
 """
 
@@ -12,27 +12,27 @@ from typing import NamedTuple
 from aero.transport import Transport
 
 PATIENCE_S = 0.02
-"""How long an answer may take, s: 0.3 ms on the wire, and what a USB adapter holds back (16 ms of an FTDI chip)."""
+"""Time-out of an answer, s: 0.3 ms on the wire plus the latency of a USB adapter (16 ms for an FTDI chip)."""
 PING, READ, WRITE, CALIBRATE = 1, 2, 3, 11
 OVERHEAD = 6
-"""Bytes of an answer without parameters."""
+"""Length of an answer without parameters, bytes."""
 
 
 class ServoAnswer(NamedTuple):
-    """What came back from one servo."""
+    """Valid answer of one servo."""
 
     status: int
     """Error bits: 1 voltage, 2 encoder, 4 temperature, 8 current, 32 overload."""
     data: bytes
-    """Registers that were asked for."""
+    """Requested register bytes."""
 
 
 class NoAnswerError(Exception):
-    """Nothing came within the time, or nothing but the request itself."""
+    """No answer within the time-out, or only the echo of the request."""
 
 
 class DamagedAnswerError(Exception):
-    """Something came that is no answer of this servo: a wrong header, ID, length or checksum."""
+    """Invalid answer: wrong header, ID, length or checksum."""
 
 
 def request(servo: int, code: int, parameters: bytes = b"") -> bytes:
@@ -42,11 +42,11 @@ def request(servo: int, code: int, parameters: bytes = b"") -> bytes:
 
 
 def parse_answer(received: bytes, servo: int, count: int) -> ServoAnswer:
-    """Return the answer with `count` registers that these bytes are, and nothing else.
+    """Parse bytes as exactly one answer of `servo` with `count` registers.
 
     Raises:
-        NoAnswerError: no bytes at all.
-        DamagedAnswerError: they are not that answer.
+        NoAnswerError: `received` is empty.
+        DamagedAnswerError: the bytes are not a valid answer.
     """
     if not received:
         raise NoAnswerError(f"servo {servo} is silent")
@@ -59,39 +59,39 @@ def parse_answer(received: bytes, servo: int, count: int) -> ServoAnswer:
 
 
 class FeetechBus:
-    """A master on a bus.
+    """Master on a bus.
 
-    Input is dropped before each request, so that an answer that came too late is never taken for the next one. Many
-    half-duplex adapters echo what they send: the echo is recognised and removed.
+    Input is dropped before each request, so that a late answer is never taken for the next one. The echo of many
+    half-duplex adapters is detected and removed.
     """
 
     def __init__(self, transport: Transport, *, patience_s: float = PATIENCE_S) -> None:
-        """Use an open byte stream at the servos' baud rate; `patience_s` is the longest wait for an answer."""
+        """Use an open byte stream at the servos' baud rate; `patience_s` is the time-out of an answer."""
         self._transport = transport
         self._patience_s = patience_s
         self.echoes: bool | None = None
-        """Whether the line echoes what is sent; None before the first request."""
+        """Whether the line echoes sent bytes; None before the first request."""
 
     def ping(self, servo: int) -> ServoAnswer:
-        """Ask whether a servo is there; raises what `parse_answer` does."""
+        """Ping a servo; raises the errors of `parse_answer`."""
         return self._ask(servo, PING, b"", 0)
 
     def read(self, servo: int, address: int, count: int) -> ServoAnswer:
-        """Read `count` registers; raises what `parse_answer` does."""
+        """Read `count` registers; raises the errors of `parse_answer`."""
         return self._ask(servo, READ, bytes((address, count)), count)
 
     def write(self, servo: int, address: int, data: bytes) -> ServoAnswer:
-        """Write registers; raises what `parse_answer` does, as when a servo acknowledges nothing."""
+        """Write registers; raises the errors of `parse_answer`, also if acknowledgements are switched off."""
         return self._ask(servo, WRITE, bytes((address,)) + data, 0)
 
     def calibrate(self, servo: int) -> ServoAnswer:
-        """Let a servo make its present position the middle; raises what `parse_answer` does."""
+        """Make a servo's present position the middle; raises the errors of `parse_answer`."""
         return self._ask(servo, CALIBRATE, b"", 0)
 
     def _ask(self, servo: int, code: int, parameters: bytes, count: int) -> ServoAnswer:
         if self.echoes is None:
-            # A ping and the answer with the voltage bit are the same bytes; a read of one register and its answer,
-            # which is shorter, never are.
+            # A ping equals the answer with the voltage bit, so a ping cannot reveal an echo. A one-register read can:
+            # its answer is shorter than the request.
             probe = request(servo, READ, b"\x03\x01")
             self.echoes = self._exchange(probe, len(probe) + OVERHEAD + 1).startswith(probe)
         sent = request(servo, code, parameters)

@@ -1,7 +1,7 @@
-"""Any MJCF as what servos turn: one shaft a joint, geared, in time.
+"""Plant for any MJCF file: one geared servo shaft per joint.
 
-The inner loop of each servo is an actuator of the physics engine, as in `model.plant`. Actuators of the file are taken
-out: the servos are in their place. Everything else of it counts: inertia, friction, damping, ranges, contacts, gravity.
+The inner loop of each servo is an actuator of the physics engine, as in `model.plant`, and replaces the actuators of
+the file. Inertia, friction, damping, ranges, contacts and gravity of the file are kept.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from aero.regular_file import LFS_POINTER, MIB
 from firmware_emulator.plant import Drive, Plant, ShaftState
 
 UNBOUNDED = 1e6
-"""What stands for no bound on a torque, N m."""
+"""Torque bound without effect, N m."""
 UNPOWERED = Drive(powered=False)
 HAND_STIFFNESS, HAND_DAMPING = 50.0, 5.0
-"""How a person's hand holds a joint, N m/rad and N m s/rad (assumption)."""
+"""Stiffness and damping of a human hand on a joint, N m/rad and N m s/rad (assumption)."""
 SLACK_RAD = math.radians(1.0)
-"""How far past its end a joint may be held, rad."""
+"""Tolerance beyond the joint range for a held angle, rad."""
 
 
 SMALLER_STEP = "try a smaller <option timestep>, here {step:g} s, armature on the joint, or less stiffness and damping"
@@ -38,39 +38,39 @@ REMEDIES = {
     mujoco.mjtWarning.mjWARN_BADQVEL: SMALLER_STEP,
     mujoco.mjtWarning.mjWARN_BADQACC: SMALLER_STEP,
 }
-"""What to do about a warning of MuJoCo."""
+"""Remedy for each warning of MuJoCo."""
 
 
 class PhysicsFailedError(ArithmeticError):
-    """A model of the user's cannot be simulated; the message names file, joint, time and what to try."""
+    """User's model that cannot be simulated; the message names file, joint, time and remedy."""
 
     exit_code = Exit.USAGE
 
 
 @dataclass(frozen=True)
 class GearedShaft:
-    """A joint of the file and the servo's shaft in front of it."""
+    """Joint of the file, driven by a servo's shaft through a gear."""
 
     joint: str
     """Name of a hinge joint."""
     back_emf: float
-    """Share of the effort that the motor's own voltage takes, N m s/rad at the shaft."""
+    """Loss of effort per speed by back-EMF, N m s/rad at the shaft."""
     gear: float = 1.0
-    """Turns of the shaft a turn of the joint, not zero."""
+    """Turns of the shaft per turn of the joint, not zero."""
     start: float = 0.0
     """Angle of the joint at time zero, rad."""
     damping: float | None = None
-    """Damping of the joint beside the motor's voltage, N m s/rad; that of the file when None."""
+    """Damping of the joint excluding back-EMF, N m s/rad; None for the value of the file."""
 
 
 class JointPlant(Plant):
-    """Output shafts on the joints of an MJCF file, at rest and unpowered at first. Deterministic."""
+    """Output shafts on the joints of an MJCF file, initially at rest and unpowered. Deterministic."""
 
     def __init__(self, path: Path, shafts: Sequence[GearedShaft]) -> None:
-        """Compile the file with a servo's actuators on each joint.
+        """Compile the file with servo actuators on each joint.
 
         Raises:
-            ValueError: no MJCF or URDF, a joint that is missing or no hinge, a gear of zero.
+            ValueError: invalid MJCF or URDF, a missing or non-hinge joint, or a gear of zero.
             OSError: the file cannot be read.
         """
         if not path.is_file():
@@ -94,7 +94,7 @@ class JointPlant(Plant):
         self._setpoints = np.zeros(self._count)
         self._time = 0.0
         self.moved: list[str] = []
-        """What starts elsewhere than at its angle, in sentences."""
+        """Messages about joints that cannot start at angle zero."""
         self.data.qpos[self._qpos] = [self._start(shaft) for shaft in shafts]
         for dof, geared in zip(self._dofs, shafts, strict=True):
             if geared.damping is not None:
@@ -103,10 +103,10 @@ class JointPlant(Plant):
             self.drive(shaft, UNPOWERED)
 
     def _start(self, shaft: GearedShaft) -> float:
-        """Return the angle (rad) at which a joint starts; one that is flung from beyond its range would hide the rest.
+        """Return the initial angle (rad) of a joint: 0 is clipped to the joint's range, to avoid a violent start.
 
         Raises:
-            ValueError: an angle beyond the range was asked for.
+            ValueError: a requested start angle is outside the range.
         """
         joint = self.model.joint(shaft.joint)
         if not self.model.jnt_limited[joint.id] or joint.range[0] <= shaft.start <= joint.range[1]:
@@ -128,7 +128,7 @@ class JointPlant(Plant):
         return self._time
 
     def advance_to(self, t: float) -> None:
-        """Integrate to exactly `t` (s) with the present drives; nothing happens when `t` is not later than `time`.
+        """Integrate to exactly `t` (s) with the present drives; no effect unless `t` is later than `time`.
 
         Raises:
             PhysicsFailedError: the physics diverged.
@@ -138,7 +138,7 @@ class JointPlant(Plant):
             return
         model, step = self.model, self.model.opt.timestep
         full = int(span / step + 1e-9)
-        # MuJoCo would print its warnings, and write them to a file in the working folder.
+        # By default MuJoCo prints warnings and writes them to a file in the working folder.
         said = mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(_ignore)
         try:
@@ -152,7 +152,7 @@ class JointPlant(Plant):
         finally:
             mujoco.set_mju_user_warning(said)
         if self.data.warning.number.any():
-            # MuJoCo has started over from the initial state by itself; there is nothing to go on with.
+            # MuJoCo has reset itself to the initial state, so the simulation cannot continue.
             raise PhysicsFailedError(self._failure(t))
         self._time = self.data.time = t
 
@@ -174,7 +174,7 @@ class JointPlant(Plant):
         """Replace the drive of one shaft from now on.
 
         Raises:
-            IndexError: no such shaft.
+            IndexError: `shaft` is out of range.
         """
         model, gear = self.model, self.shafts[shaft].gear
         self._drives[shaft] = drive
@@ -204,11 +204,11 @@ class JointPlant(Plant):
         return np.array(self.data.qpos[self._qpos])
 
     def hold(self, shaft: int, angle: float | None) -> None:
-        """Let a person's hand hold a joint at an angle (rad) while its servo is off; None lets go of it.
+        """Hold a joint at an angle (rad), like a human hand, while its servo is off; None releases the joint.
 
         Raises:
-            IndexError: no such shaft.
-            ValueError: an angle that is not finite, or that the joint does not reach.
+            IndexError: `shaft` is out of range.
+            ValueError: an angle that is not finite or outside the joint's range.
         """
         if not 0 <= shaft < self._count:
             raise IndexError(f"shafts are 0 to {self._count - 1}, not {shaft}")
@@ -242,12 +242,12 @@ def _is_pointer(path: Path) -> bool:
 
 
 def _ignore(text: str) -> None:
-    """Take a warning that `PhysicsFailedError` says."""
+    """Ignore a warning, as `PhysicsFailedError` reports it."""
 
 
 @contextmanager
 def _of_mujoco(path: Path) -> Iterator[None]:
-    """Say whose file it is that MuJoCo refuses; its errors are of several classes."""
+    """Turn the various errors of MuJoCo into a ValueError that names the file."""
     try:
         yield
     except (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
@@ -257,9 +257,9 @@ def _of_mujoco(path: Path) -> Iterator[None]:
 
 
 def _replace_actuators(spec: mujoco.MjSpec, path: Path, shafts: Sequence[GearedShaft]) -> None:
-    # Implicit in the speed, as the servos' damping and the motors' voltage need.
+    # Implicit in the speed, as required by the servos' damping and the motors' back-EMF.
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    # A keyframe states a control for each actuator of the file.
+    # Keyframes are deleted too: they contain one control per actuator of the file.
     for element in [*spec.actuators, *spec.keys]:
         spec.delete(element)
     for shaft in shafts:
@@ -271,7 +271,7 @@ def _replace_actuators(spec: mujoco.MjSpec, path: Path, shafts: Sequence[GearedS
             raise ValueError(f"{path}: the gear of {shaft.joint} is 0")
         joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
         joint.actfrcrange = -UNBOUNDED, UNBOUNDED
-    # The motor's own voltage is an actuator too, so that a bound on the joint's actuators bounds the winding current.
+    # Back-EMF is an actuator too, so that the force limit of the joint's actuators bounds the winding current.
     for kind in ("servo", "motor", "hand"):
         for at, shaft in enumerate(shafts):
             spec.add_actuator(

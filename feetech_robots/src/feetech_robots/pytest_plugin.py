@@ -1,6 +1,6 @@
-"""The pytest plugin: a driver under test, `--bus-driver`, and a robot on virtual time, the fixture `bus_target`.
+"""Pytest plugin: a driver under test (`--bus-driver`) and a robot on virtual time (fixture `bus_target`).
 
-It leaves alone what does not use its fixtures, as `aero_hil_pytest` does; packages are imported when a test needs them.
+Tests without these fixtures are unaffected, as with `aero_hil_pytest`; packages are imported on first use.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from feetech_robots.robot_bus import RobotBus
 
 _BUS_DRIVER = "feetech_bus_driver"
-"""Property of a test of a bus driver."""
+"""User property that marks tests of a bus driver."""
 WORDS = {"passed": "right", "failed": "WRONG", "error": "WRONG", "skipped": "not offered"}
 OPTIONS = PluginOptions("feetech-robots", "robots of Feetech servos", taken=pytest.StashKey[list[str]](), options={
     "bus-driver": {
@@ -39,14 +39,14 @@ def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginMa
 def pytest_load_initial_conftests(
     early_config: pytest.Config, parser: pytest.Parser
 ) -> Generator[None, object, object]:
-    """Add the short names after the options of the project's conftest files, whose names count."""
+    """Add the short option names after those of the project's conftest files, which have priority."""
     result = yield
     OPTIONS.add_short_names(parser, early_config)
     return result
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the mark, and refuse a driver that cannot be loaded."""
+    """Register the mark and reject a driver that cannot be loaded."""
     config.addinivalue_line(
         "markers", "robot(path): the robot behind the fixture `bus_target`, a TOML file, relative to the test's"
     )
@@ -55,20 +55,20 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:
-    """Say in one line what of ours this project has hidden."""
+    """Return a header line if the project hides packages of aero-hil."""
     if line := hidden():
         return [f"feetech-robots stands aside: {line}"]
     return OPTIONS.header(config)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Note which tests are of a driver."""
+    """Mark the tests of a bus driver."""
     if "bus_driver_factory" in getattr(item, "fixturenames", ()):
         item.user_properties.append((_BUS_DRIVER, True))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say what a driver of the servo bus got right, one line a test."""
+    """Print the result of each test of the bus driver."""
     name = terminalreporter.config.option.aero_bus_driver
     if name is None:
         return
@@ -82,7 +82,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.fixture(scope="session")
 def bus_driver_factory(request: pytest.FixtureRequest) -> Factory:
-    """Makes the driver of `--bus-driver`; see `feetech_robots.bus_driver`."""
+    """Factory of the driver in `--bus-driver`; see `feetech_robots.bus_driver`."""
     name = request.config.option.aero_bus_driver
     if name is None:
         pytest.skip("tests a driver of the servo bus; run with --bus-driver=my_package.my_module:factory")
@@ -91,7 +91,7 @@ def bus_driver_factory(request: pytest.FixtureRequest) -> Factory:
 
 @pytest.fixture
 def bus_target(request: pytest.FixtureRequest) -> RobotBus:
-    """A robot of bus servos on virtual time, one for each test; which one says the mark `robot` or `--bus-robot`."""
+    """Robot of bus servos on virtual time, new for each test; selected by the mark `robot` or `--bus-robot`."""
     mark, named = request.node.get_closest_marker("robot"), request.config.option.aero_bus_robot
     if mark is not None and mark.args:
         path = request.node.path.parent / str(mark.args[0])
@@ -117,7 +117,7 @@ def _driver_factory(name: str) -> Factory:
 
 
 def _ours(name: str) -> Any:
-    """Import a module, of which a project that uses no fixture needs nothing; one line where others hide ours."""
+    """Import a module on first use; raise a one-line usage error if the project hides our packages."""
     if line := hidden():
         raise pytest.UsageError(line)
     return import_module(name)

@@ -1,4 +1,4 @@
-"""A robot of bus servos, put together: its mechanics in MuJoCo, its servos on a bus, and what may happen to them."""
+"""Emulated robot of bus servos: mechanics in MuJoCo, servos on a bus, and injected disturbances."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from firmware_emulator.servo_chain import MountedServo, ServoChain
 
 LONGEST_S = 3600.0
 VOLTS, CELSIUS = 25.5, 150.0
-"""What a servo can report at most, V, and the highest temperature that makes sense, °C."""
+"""Largest voltage that a servo can report, V, and largest accepted temperature, °C."""
 
 
 class BusLink(VirtualLink):
-    """A master's byte stream on a servo bus."""
+    """Byte stream of a master on a servo bus."""
 
     def __init__(self, chain: ServoChain, baud: int) -> None:
         """Connect a master at a baud rate, bit/s."""
@@ -31,14 +31,14 @@ class BusLink(VirtualLink):
 
 
 class RobotBus:
-    """A robot behind its bus, at rest, powered, with torque off."""
+    """Robot on a servo bus, initially at rest and powered, with torque off."""
 
     def __init__(self, robot: Robot, *, seed: int = 0) -> None:
-        """Build it.
+        """Build mechanics and servos of a robot.
 
         Args:
             robot: from `read_robot`.
-            seed: of all noise.
+            seed: seed of all noise.
 
         Raises:
             ValueError: the mechanics do not fit the servos.
@@ -55,60 +55,60 @@ class RobotBus:
         ]
         self.robot = robot
         self.plant = JointPlant(robot.mjcf, shafts)
-        """The mechanics: true joint angles."""
+        """Mechanics, with the true joint angles."""
         self.chain = ServoChain(self.plant, mounted, seed=seed)
-        """The servos, their bus and the clock."""
+        """Servos, bus and clock."""
 
     @classmethod
     def of_file(cls, path: Path, *, seed: int = 0) -> RobotBus:
-        """Build the robot of a TOML file; raises what `read_robot` does too."""
+        """Build the robot of a TOML file; also raises the errors of `read_robot`."""
         return cls(read_robot(path), seed=seed)
 
     def link(self, baud: int = 1_000_000) -> BusLink:
-        """Return a master's byte stream on the bus, on virtual time; `baud` in bit/s."""
+        """Return a new master's byte stream on the bus, in virtual time; `baud` in bit/s."""
         _within("a baud rate", baud, 1, 10_000_000, "bit/s")
         return BusLink(self.chain, baud)
 
     def wait(self, seconds: float) -> None:
-        """Let virtual time pass."""
+        """Advance virtual time by `seconds`."""
         _within("a wait", seconds, 0.0, LONGEST_S, "s")
         self.chain.clock.sleep_until(self.chain.clock.now() + seconds)
 
     def joint_deg(self, joint: str) -> float:
-        """Return the true angle of a joint, degrees, at this instant."""
+        """Return the present true angle of a joint, degrees."""
         self.chain.shafts.advance()
         return math.degrees(self.plant.joint_angles()[self._place(joint)])
 
     def hold(self, joint: str, angle_deg: float) -> None:
-        """Let a person's hand hold a joint at an angle (degrees) whenever its servo is off."""
+        """Hold a joint at an angle (degrees), like a human hand, whenever its servo is off."""
         place = self._place(joint)
         self.chain.shafts.advance()
         self.plant.hold(place, math.radians(angle_deg))
 
     def let_go(self, joint: str) -> None:
-        """Take the person's hand off a joint."""
+        """Release a joint held by `hold`."""
         self.chain.shafts.advance()
         self.plant.hold(self._place(joint), None)
 
     def silence(self, servo: int, seconds: float) -> None:
-        """Let the servos of an ID hear and answer nothing for a while, as with a loose plug."""
+        """Disconnect the servos of an ID from the bus for some seconds, as with a loose plug."""
         _within("a silence", seconds, 0.0, LONGEST_S, "s")
         for one in self._servos(servo):
             one.silent_until = self.chain.kernel.now + seconds
 
     def heat(self, servo: int, celsius: float) -> None:
-        """Give the servos of an ID a temperature (°C)."""
+        """Set the temperature (°C) of the servos of an ID."""
         _within("a temperature", celsius, 0.0, CELSIUS, "°C")
         for one in self._servos(servo):
             one.heat_to(celsius)
 
     def late(self, seconds: float) -> None:
-        """Let the next answers, of whatever servos, arrive this much later than they should."""
+        """Delay the next train of answers by `seconds`."""
         _within("a delay", seconds, 0.0, LONGEST_S, "s")
         self.chain.bus.late_s = seconds
 
     def peek(self, servo: int, register: str) -> int:
-        """Return what a register of the first servo of an ID holds, refreshed."""
+        """Return a register's refreshed value, from the first servo of an ID."""
         one = self._servos(servo)[0]
         row = self._register(one, register)
         one.read(row.address, row.size)
@@ -124,12 +124,12 @@ class RobotBus:
             one.write(row.address, word.to_bytes(row.size, one.model.byte_order))
 
     def power_cycle(self) -> None:
-        """Take the power away and give it back."""
+        """Power all servos off and on."""
         for one in self.chain.servos:
             one.power_up()
 
     def supply(self, volts: float) -> None:
-        """Let all servos measure another supply (V); their motors turn as before."""
+        """Set the supply voltage (V) that all servos measure, without an effect on the motors."""
         _within("a supply", volts, 0.0, VOLTS, "V")
         self.chain.supply(volts)
 
@@ -170,14 +170,14 @@ ORDERS: dict[str, tuple[str, Callable[..., object]]] = {
     "poke": ("ID REGISTER VALUE", lambda robot, servo, name, value: robot.poke(int(servo), name, int(value))),
     "now": ("", lambda robot: robot.chain.clock.now()),
 }
-"""Orders that a line of text may give: word, arguments, effect and answer."""
+"""Text orders: word, arguments, and function that executes the order and returns its answer."""
 
 
 def obey(robot: RobotBus, line: str) -> str:
-    """Carry out one line, a word of `ORDERS` and what follows it; return its answer, `done` where it has none.
+    """Execute one order, a word of `ORDERS` with arguments; return its answer, or `done` without one.
 
     Raises:
-        ValueError: it is no order, or names nothing of this robot; the message says what is.
+        ValueError: an unknown order, or an unknown joint, servo or register; the message lists the valid ones.
     """
     word, *rest = line.split() or [""]
     if word not in ORDERS or len(rest) != len(ORDERS[word][0].split()):

@@ -1,4 +1,4 @@
-"""A robot of bus servos as data: an MJCF file, and for each servo its model, ID, joint, direction, zero and gear.
+"""Description of a robot of bus servos in TOML: an MJCF file, and model, ID and mounting of each servo.
 
     mjcf = "arm.xml"                # relative to this file
 
@@ -6,14 +6,14 @@
     id = 1
     model = "STS3215"               # shipped name, or a .toml file relative to this one
     joint = "shoulder_pan"
-    direction = 1                   # 1 when counts grow with the joint's angle, else -1
+    direction = 1                   # 1 if counts grow with the joint's angle, else -1
     zero_counts = 2048              # reading at joint angle zero
-    gear = 1.0                      # turns of the servo a turn of the joint
+    gear = 1.0                      # turns of the servo per turn of the joint
     start_deg = 0.0                 # joint angle at time zero
-    joint_damping = 0.1             # N m s/rad, without the motor's voltage; left out: that of the MJCF file
+    joint_damping = 0.1             # N m s/rad, without back-EMF; default: that of the MJCF file
     physics = {stall_torque = 1.9}  # fields of ServoParameters other than the model's
 
-`id`, `model` and `joint` are needed; the others have defaults: 1, 2048, 1, 0, and nothing for the last two.
+`id`, `model` and `joint` are required; defaults of the others: 1, 2048, 1, 0, and none for the last two.
 """
 
 from __future__ import annotations
@@ -43,31 +43,31 @@ RANGES = {
     "current_blocked_counts": (0.0, math.inf),
     "current_fading_counts": (0.0, math.inf),
 }
-"""Of fields of `ServoParameters` that 0 to `LARGEST` does not fit."""
+"""Ranges of `ServoParameters` fields with other bounds than the default."""
 
 
 @dataclass(frozen=True)
 class RobotServo:
-    """One servo and its joint."""
+    """Servo and its joint."""
 
     id: int
-    """On the bus, 0 to 253; two servos may have the same, as when one was never set up."""
+    """Bus ID, 0 to 253; duplicates are allowed, as with a servo that was never set up."""
     model: str
-    """For `servo.models.model_of`."""
+    """Model name, for `servo.models.model_of`."""
     joint: str
     """Name of a hinge joint of the MJCF file."""
     direction: int = 1
-    """1 when counts grow with the joint's angle, else -1."""
+    """Direction: 1 if counts grow with the joint's angle, else -1."""
     zero_counts: float = 2048.0
-    """Reading without an offset at joint angle zero, counts."""
+    """Reading at joint angle zero without offset, counts."""
     gear: float = 1.0
-    """Turns of the servo a turn of the joint, positive."""
+    """Turns of the servo per turn of the joint, positive."""
     start_deg: float = 0.0
     """Joint angle at time zero, degrees."""
     joint_damping: float | None = None
-    """Of the joint without the motor's voltage, N m s/rad; that of the MJCF file when None."""
+    """Damping of the joint without back-EMF, N m s/rad; None for the value of the MJCF file."""
     physics: Mapping[str, float] = field(default_factory=dict)
-    """Fields of `ServoParameters` that differ from what the model's data sheet states."""
+    """Fields of `ServoParameters` that override the model's data sheet."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.id <= LARGEST_ID:
@@ -84,7 +84,7 @@ class RobotServo:
 
     @property
     def parameters(self) -> ServoParameters:
-        """Its kind and its physics.
+        """Servo model and physical parameters.
 
         Raises:
             ValueError: an unknown model or field, or a number out of range.
@@ -99,23 +99,23 @@ class RobotServo:
 
 @dataclass(frozen=True)
 class Robot:
-    """A file's content."""
+    """Content of a robot file."""
 
     mjcf: Path
-    """The mechanics."""
+    """Path of the MJCF file."""
     servos: tuple[RobotServo, ...]
-    """In the order of the file."""
+    """Servos in the order of the file."""
 
     def joints(self) -> dict[str, int]:
-        """Return joint names with the places of their servos."""
+        """Return the index of each servo by joint name."""
         return {servo.joint: place for place, servo in enumerate(self.servos)}
 
 
 def read_robot(path: Path) -> Robot:
-    """Read a robot's file.
+    """Read a robot file.
 
     Raises:
-        ValueError: something is missing, unknown or out of range; the message names file and servo.
+        ValueError: a value is missing, unknown or out of range; the message names file and servo.
         OSError: the file, or the file of a servo's model, cannot be read.
     """
     try:
@@ -148,7 +148,7 @@ def _servo(row: Mapping[str, Any], path: Path, number: int) -> RobotServo:
                 raise ValueError(f"{name} cannot be {value!r}")
         model = row["model"]
         servo = RobotServo(**{**row, "model": str(path.parent / model) if model.endswith(".toml") else model})
-        # What its parameters say is wrong belongs to this file.
+        # Evaluated here so that errors in the parameters name this file.
         _ = servo.parameters
     except ValueError as error:
         raise ValueError(f"{path}: servo {number}: {error}") from error

@@ -1,4 +1,4 @@
-"""What is wrong with a servo or a set of them, one rule a function, in two tables; and how well a servo returns."""
+"""Diagnostic rules for single servos and whole buses, one function per rule, and a repeatability test."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from feetech_robots.survey import FEEDBACK, READS, TORQUE, Surveyed
 from hil.cli.doctor.finding import Examined, Subject, Verdict
 
 Found = tuple[Verdict, str, str]
-"""Verdict, what was found, what to do."""
+"""Verdict, observation, remedy."""
 
 WARM_C = 10
-"""Within this of its limit a servo is worth a look, °C."""
+"""Margin below the temperature limit that yields a warning, °C."""
 SAG_V = 0.5
-"""Servos on one supply that differ by more have a bad wire between them, V (assumption)."""
+"""Threshold of the voltage difference between servos, V; above it the wiring is suspect (assumption)."""
 NEAR_V = 0.3
 STATUS = {
     0x01: ("voltage", "measure the supply at the servo's plug; a long or thin cable sags"),
@@ -23,16 +23,16 @@ STATUS = {
     0x08: ("current", "look for a blocked joint, then switch its torque off and on"),
     0x20: ("overload", "look for a blocked joint, then give it another goal"),
 }
-"""Bit to what it says and what to do: transcribed memory tables."""
+"""Meaning and remedy of each status bit. Source: transcribed memory tables."""
 GOAL = 42
 TIMES = 4
 WAIT_S = 0.6
-"""Time for a move of at most 200 counts, s."""
+"""Wait for a move of at most 200 counts, s."""
 LARGEST_COUNTS = 200
 SPREAD_COUNTS = 6
-"""Places that it comes back to may differ by this, counts: the play of the gears is not measured by the encoder."""
+"""Threshold of the spread of reached positions, counts; above it a warning. Gear play is unseen by the encoder."""
 STATIC_COUNTS = 40
-"""How far from a goal it may stay under a load, counts (assumption)."""
+"""Threshold of the static error under load, counts; above it a warning (assumption)."""
 
 
 def _line(one: Surveyed) -> Iterator[Found]:
@@ -140,7 +140,7 @@ EACH: dict[str, Callable[[Surveyed], Iterator[Found]]] = {
     "offset": _offset,
     "settings": _settings,
 }
-"""Rules for one servo, by the name that a finding has."""
+"""Rules for one servo, by name of the finding."""
 
 
 def _models(all_of_them: Sequence[Surveyed]) -> Iterator[Found]:
@@ -186,15 +186,15 @@ TOGETHER: dict[str, Callable[[Sequence[Surveyed]], Iterator[Found]]] = {
     "voltages": _voltages,
     "baud": _rates,
 }
-"""Rules for all servos of a bus."""
+"""Rules for all servos of a bus, by name of the finding."""
 
 
 def judge(found: Sequence[Surveyed], expected: Sequence[int] = ()) -> Iterator[Examined]:
-    """Yield what is wrong, or worth a look, with a bus; and one line for each servo that has nothing.
+    """Yield errors and warnings about a bus, and one OK line for each servo without any.
 
     Args:
-        found: the servos that answer.
-        expected: IDs that should; none when empty.
+        found: surveyed servos.
+        expected: IDs that must answer; empty for no check.
     """
     for name, rule in TOGETHER.items():
         for verdict, said, remedy in rule(found):
@@ -221,7 +221,7 @@ def judge(found: Sequence[Surveyed], expected: Sequence[int] = ()) -> Iterator[E
 
 
 def described(one: Surveyed) -> str:
-    """Return one servo in a line."""
+    """Return a one-line description of a servo."""
     if one.model is None:
         return "it answers, and its registers could not be read"
     low, high = one.limits_counts
@@ -233,16 +233,16 @@ def described(one: Surveyed) -> str:
 
 
 def small_move(bus: FeetechBus, one: Surveyed, counts: int, wait: Callable[[float], None]) -> Examined:
-    """Move a servo by `counts` and back, `TIMES` times, and leave its torque as it was.
+    """Move a servo by `counts` and back, `TIMES` times, and restore its torque setting.
 
     Args:
-        bus: it is on.
-        one: from `survey`.
-        counts: how far, 1 to `LARGEST_COUNTS`.
-        wait: lets a number of seconds pass.
+        bus: bus of the servo.
+        one: result of `survey`.
+        counts: size of the move, 1 to `LARGEST_COUNTS`.
+        wait: waits for a number of seconds.
 
     Raises:
-        NoAnswerError, DamagedAnswerError: it stopped answering; its torque may be on.
+        NoAnswerError, DamagedAnswerError: the servo stopped answering; its torque may be on.
     """
     name = f"servo {one.id} move"
     low, high = one.limits_counts if one.limits_counts != (0, 0) else (0, 4095)
@@ -262,7 +262,7 @@ def small_move(bus: FeetechBus, one: Surveyed, counts: int, wait: Callable[[floa
                 reached.append(_position(bus, one))
     finally:
         bus.write(one.id, TORQUE, bytes((one.torque,)))
-    # The first time it may come from anywhere in its play.
+    # The first round is ignored, because it starts anywhere within the gear play.
     spread = max(max(reached[1:]) - min(reached[1:]) for reached in places.values())
     error = max(abs(place - goal) for goal, reached in places.items() for place in reached[1:])
     travel = abs(sum(places[there][1:]) - sum(places[start][1:])) / (TIMES - 1)

@@ -1,8 +1,8 @@
-"""Setting up real servos on their bus, before a robot is assembled: scan, read out, ID, limits, centre.
+"""Setup of real servos on their bus before assembly: scan, read-out, ID, limits, centre.
 
-What could leave a servo unusable, or two servos inseparable, is refused before anything is written, and so is every
-write to a servo of an unknown model. What is written is read back; what was not taken is put back, and the EEPROM is
-locked again whatever happens.
+Requests that could make a servo unusable or two servos indistinguishable are rejected before any write, as is every
+write to a servo of an unknown model. Writes are read back; after a failed one the old value is restored. The EEPROM is
+always locked again.
 """
 
 from __future__ import annotations
@@ -28,26 +28,26 @@ from feetech_robots.survey import (
 
 IDS = range(254)
 TRIES = 3
-"""Of a write or a read, before a servo is taken for silent."""
+"""Attempts of a write or read before a servo counts as silent."""
 PATIENCE_S = 0.1
-"""How long an answer may take while a servo is set up, s: an EEPROM takes longer than a measurement."""
+"""Time-out of an answer during setup, s; EEPROM writes take longer than measurements."""
 MIDDLE, NEAR_COUNTS = 2048, 20
-"""Where a servo stands that was centred, and how far from it the play of its gears may leave it, counts."""
+"""Position of a centred servo, and its tolerance for gear play, counts."""
 
 
 class ServoBusError(RuntimeError):
-    """Something about the bus or a servo makes the request unsafe or impossible; the text says what to do."""
+    """Request that is unsafe or impossible on this bus or servo; the message names the remedy."""
 
 
 class ServoValueError(ServoBusError):
-    """A value, or a request, that this servo cannot take; nothing was written."""
+    """Invalid value or unsupported request; nothing was written."""
 
 
 class ServoSetup:
-    """Servos on a bus."""
+    """Setup operations for the servos on a bus."""
 
     def __init__(self, bus: FeetechBus) -> None:
-        """Set up the servos of a bus that no other master uses."""
+        """Use a bus without other masters."""
         self._bus = bus
 
     @classmethod
@@ -56,7 +56,7 @@ class ServoSetup:
         """Open an adapter's port at a baud rate, bit/s.
 
         Raises:
-            ServoBusError: it cannot be opened.
+            ServoBusError: the port cannot be opened.
         """
         try:
             transport = SerialTransport.open(port, baud)
@@ -66,23 +66,22 @@ class ServoSetup:
             yield cls(FeetechBus(transport, patience_s=PATIENCE_S))
 
     def scan(self, ids: Iterable[int] = IDS, progress: Callable[[int], None] | None = None) -> list[int]:
-        """Return the IDs that answer a ping, in the order asked; `progress` gets each ID before it is asked."""
+        """Return the IDs that answer a ping, in order; `progress` is called with each ID before its ping."""
         return find(self._bus, ids, progress)
 
     def read_out(self, servo: int) -> Surveyed:
-        """Return what a servo says about itself.
+        """Return the registers and measurements of a servo.
 
         Raises:
-            ServoBusError: nobody answers at this ID, or more than one servo does.
+            ServoBusError: no servo, or more than one, answers at this ID.
         """
         if servo not in IDS:
             raise ServoValueError(f"an ID is 0 to 253, got {servo}")
         if not self._answers(servo):
             line = "; this line echoes what is sent" if self._bus.echoes else ""
             raise ServoBusError(f"no servo answers at ID {servo}; scan the bus, check power and cable{line}")
-        # Two servos answer a ping with the same bytes at the same time; their measurements differ and collide, if not
-        # at once then soon, because the current is noisy. Two emulated servos at rest agree in 7 % of the answers,
-        # often in several in a row.
+        # Two servos with one ID answer a ping with equal bytes. Their measurements differ and collide sooner or later,
+        # because the current is noisy. Two emulated servos at rest agree in 7 % of the answers, often several in a row.
         found = survey(self._bus, servo, BAUD_RATES[0])
         if found.damaged:
             raise ServoBusError(
@@ -95,10 +94,10 @@ class ServoSetup:
         return found
 
     def set_id(self, servo: int, new: int) -> None:
-        """Give a servo another ID, kept in its EEPROM.
+        """Change a servo's ID in EEPROM.
 
         Raises:
-            ServoBusError: the new ID is out of range or taken, or the old one is not that of exactly one known servo.
+            ServoBusError: the new ID is invalid or taken, or not exactly one servo of a known model has the old ID.
         """
         if new not in IDS:
             raise ServoValueError(f"an ID is 0 to 253, got {new}")
@@ -108,7 +107,7 @@ class ServoSetup:
         if self._answers(new):
             raise ServoBusError(f"ID {new} is taken; give that servo another ID first, or unplug it")
         with self._unlocked(before, (servo, new)):
-            # Some servos acknowledge with the old ID, some with the new one, and some are silent meanwhile.
+            # Servos acknowledge with the old ID, with the new one, or not at all.
             with suppress(NoAnswerError, DamagedAnswerError):
                 self._bus.write(servo, ID, bytes((new,)))
             answering = [at for at in (servo, new) if self._answers(at)]
@@ -118,10 +117,10 @@ class ServoSetup:
         self.read_out(new)
 
     def set_current_limit(self, servo: int, limit: int) -> None:
-        """Set the protection current (register units), kept in EEPROM; the hand's homing needs 1023.
+        """Set the protection current (register units) in EEPROM; the hand's homing requires 1023.
 
         Raises:
-            ServoBusError: the limit is out of range, or the ID is not that of exactly one known servo that has one.
+            ServoBusError: the limit is invalid or unsupported, or not exactly one servo of a known model has the ID.
         """
         before = self._known(servo)
         largest = before.kind.largest_current
@@ -132,10 +131,10 @@ class ServoSetup:
         self._store(before, CURRENT, limit)
 
     def set_angle_limits(self, servo: int, low: int, high: int) -> None:
-        """Set the range of goals (counts), kept in EEPROM; both 0 takes the limits away, which homing needs.
+        """Set the angle limits (counts) in EEPROM; both 0 removes the limits, as homing requires.
 
         Raises:
-            ServoBusError: the limits are out of range or order, or the ID is not that of exactly one known servo.
+            ServoBusError: the limits are invalid, or not exactly one servo of a known model has the ID.
         """
         before = self._known(servo)
         kind = before.kind
@@ -151,10 +150,10 @@ class ServoSetup:
         self._store(before, ANGLE_LIMITS, low, high)
 
     def centre(self, servo: int) -> None:
-        """Make the present position 2048, kept in EEPROM; the torque is off afterwards.
+        """Make the present position 2048 in EEPROM and switch the torque off.
 
         Raises:
-            ServoBusError: the ID is not that of exactly one known servo, or the servo does not do it.
+            ServoBusError: not exactly one servo of a known model has the ID, or the calibration failed.
         """
         before = self._known(servo)
         if not before.kind.calibrates:
@@ -192,7 +191,7 @@ class ServoSetup:
 
     @contextmanager
     def _unlocked(self, before: Surveyed, ids: Iterable[int]) -> Iterator[None]:
-        """Take torque off and let the EEPROM be written; lock it again at every one of `ids` that answers."""
+        """Switch the torque off and unlock the EEPROM; on exit lock the EEPROM of all `ids` that answer."""
         self._write(before.id, TORQUE, b"\0")
         try:
             self._write(before.id, before.kind.lock, b"\0")
@@ -203,7 +202,7 @@ class ServoSetup:
                     self._write(servo, before.kind.lock, b"\1")
 
     def _write(self, servo: int, address: int, data: bytes) -> None:
-        """Write registers and look whether they hold it: an acknowledgement may be lost, or switched off."""
+        """Write registers and verify by reading back, because acknowledgements may be lost or switched off."""
         for _ in range(TRIES):
             with suppress(NoAnswerError, DamagedAnswerError):
                 self._bus.write(servo, address, data)

@@ -1,4 +1,4 @@
-"""`aero-hil servos`: check servos on their bus, and set them up before a robot is assembled."""
+"""Command `aero-hil servos`: check servos on their bus, and set them up before a robot is assembled."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from hil.cli.exits import Ended
 from hil.cli.output import echo
 
 FORMAT = 1
-"""Number of the shape that `--json` prints; another one when a name in it changes."""
+"""Format version of the `--json` output; changes with any name in the output."""
 LARGEST_ID = 253
 
 
@@ -42,7 +42,7 @@ class Ids(click.ParamType):  # type: ignore[type-arg]  # generic only from Click
     name = "ids"
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
-        """Return them as a tuple."""
+        """Return the IDs as a tuple."""
         if isinstance(value, tuple):
             return value
         ids: list[int] = []
@@ -77,7 +77,7 @@ def check(
     move: int | None,
     as_json: bool,
 ) -> None:
-    """Look at every servo that answers at PORT, and say what to do; nothing moves without --move."""
+    """Check every servo that answers at PORT and print remedies; nothing moves without --move."""
     moved: list[Examined] = []
     found: list[Surveyed] = []
     echoes = False
@@ -124,7 +124,7 @@ def _moved(bus: FeetechBus, one: Surveyed, counts: int) -> Examined:
 
 
 def _on_bus(action: Callable[..., None]) -> Callable[..., None]:
-    """Open the adapter for a command; a bus that does not answer, or is gone, ends with `Exit.NO_HAND`."""
+    """Open the adapter for a command; a silent or disconnected bus ends with `Exit.NO_HAND`."""
 
     def command(**arguments: int) -> None:
         port, baud = click.get_current_context().obj
@@ -153,7 +153,7 @@ def scan(setup: ServoSetup) -> None:
 @click.argument("servo", type=int)
 @_on_bus
 def show_servo(setup: ServoSetup, servo: int) -> None:
-    """Print what a servo says about itself."""
+    """Print the settings and measurements of SERVO."""
     one = setup.read_out(servo)
     rows = {
         "id": one.id,
@@ -174,7 +174,7 @@ def show_servo(setup: ServoSetup, servo: int) -> None:
 @click.argument("new", type=int)
 @_on_bus
 def set_id(setup: ServoSetup, servo: int, new: int) -> None:
-    """Give SERVO the ID NEW."""
+    """Change the ID of SERVO to NEW."""
     setup.set_id(servo, new)
     echo(f"servo {servo} is servo {new} now")
 
@@ -195,7 +195,7 @@ def set_current(setup: ServoSetup, servo: int, limit: int) -> None:
 @click.argument("high", type=int)
 @_on_bus
 def set_angles(setup: ServoSetup, servo: int, low: int, high: int) -> None:
-    """Set the range of goals of SERVO (counts; 0 0 takes the limits away)."""
+    """Set the angle limits of SERVO (counts; 0 0 removes the limits)."""
     setup.set_angle_limits(servo, low, high)
     echo(f"servo {servo} goes from {low} to {high}")
 
@@ -204,6 +204,6 @@ def set_angles(setup: ServoSetup, servo: int, low: int, high: int) -> None:
 @click.argument("servo", type=int)
 @_on_bus
 def centre(setup: ServoSetup, servo: int) -> None:
-    """Make the present position of SERVO 2048."""
+    """Make the present position of SERVO 2048 counts."""
     setup.centre(servo)
     echo(f"servo {servo} reads 2048 here")

@@ -1,4 +1,4 @@
-"""What one servo says of itself, read without changing anything."""
+"""Read-only survey of the servos on a bus."""
 
 from __future__ import annotations
 
@@ -9,35 +9,35 @@ from typing import Literal
 from feetech_robots.feetech_bus import DamagedAnswerError, FeetechBus, NoAnswerError
 
 READS = 20
-"""How often the measurements are read, to tell a good line from a bad one."""
+"""Number of measurement reads, to assess the quality of the line."""
 TRIES = 3
-"""Of what has to be known once."""
+"""Attempts of each ping and register read."""
 ID, ANGLE_LIMITS, CURRENT, OFFSET, MODE, TORQUE = 5, 9, 28, 31, 33, 40
 PHASE, COUNTS_TURNS = 18, 0x10
 FEEDBACK, FEEDBACK_SIZE = 56, 15
 BAUD_RATES = (1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400)
-"""By the value of register 6: maker's SDK, `SMS_STS.h`."""
+"""Baud rates by the value of register 6. Source: maker's SDK, `SMS_STS.h`."""
 
 
 @dataclass(frozen=True)
 class ServoKind:
-    """What has to be known of a kind of servo to read it and to set it up."""
+    """Properties of a servo model for reading and setup."""
 
     name: str
     offset_sign_bit: int | None
-    """None where there is no offset."""
+    """Sign bit of the offset register; None without an offset."""
     lock: int
-    """Address of the lock of the EEPROM."""
+    """Address of the EEPROM lock."""
     largest_counts: int
-    """Largest position."""
+    """Largest position, counts."""
     largest_current: int | None = None
-    """Largest protection current, register units; None where there is none."""
+    """Largest protection current, register units; None without one."""
     calibrates: bool = False
-    """Whether an instruction makes the present position the middle."""
+    """Whether the servo supports CALIBRATE."""
     zeros_make_a_motor: bool = False
-    """Whether both angle limits at 0 make a motor of it, without positions."""
+    """Whether both angle limits at 0 select motor mode, without positions."""
     turns: bool = False
-    """Whether its maker ships it counting turns."""
+    """Whether the factory setting counts turns."""
 
 
 KINDS = {
@@ -47,27 +47,27 @@ KINDS = {
     11272: ServoKind("SM8512BL", 11, 55, 4095, 511),
     1284: ServoKind("SCS0009", None, 48, 1023, zeros_make_a_motor=True),
 }
-"""By model number. Sources: LeRobot 0.6.1, motors/feetech/tables.py; the HLS3606M of the Aero Hand; currents: the
-transcribed memory tables."""
+"""Servo models by model number. Sources: LeRobot 0.6.1, motors/feetech/tables.py; the HLS3606M of the Aero Hand;
+currents: the transcribed memory tables."""
 BIG_ENDIAN = ServoKind("SCS series", None, 48, 1023)
 LITTLE_ENDIAN = ServoKind("STS, SMS or HLS series", 11, 55, 4095)
 
 
 @dataclass(frozen=True)
 class Surveyed:
-    """One servo."""
+    """Survey result of one servo."""
 
     id: int
     baud: int
-    """bit/s at which it answers."""
+    """Baud rate of the answers, bit/s."""
     silent: int
-    """Of `READS`, reads without an answer."""
+    """Number of the `READS` reads without an answer."""
     damaged: int
-    """Of `READS`, reads with an invalid answer."""
+    """Number of the `READS` reads with an invalid answer."""
     pings_damaged: int
-    """Of `TRIES`."""
+    """Number of the `TRIES` pings without a valid answer."""
     model: int | None
-    """Model number, None where it could not be read; then the rest is empty too."""
+    """Model number; None if unreadable, with defaults in all later fields."""
     kind: ServoKind = LITTLE_ENDIAN
     big_endian: bool = False
     firmware: tuple[int, int] = (0, 0)
@@ -76,29 +76,29 @@ class Surveyed:
     response_level: int = 1
     limits_counts: tuple[int, int] = (0, 0)
     current_limit: int | None = None
-    """Protection current, register units (nominally 6.5 mA); None where there is none."""
+    """Protection current, register units (nominally 6.5 mA); None without one."""
     max_temperature_c: int = 0
     voltage_limits_v: tuple[float, float] = (0.0, 0.0)
     offset_word: int = 0
-    """As it stands in the register."""
+    """Raw word of the offset register."""
     counts_turns: bool = False
-    """Whether its readings go on beyond a turn (bit 4 of register 18)."""
+    """Whether position readings count turns (bit 4 of register 18)."""
     mode: int = 0
     torque: int = 0
     unlocked: bool = False
-    """Whether EEPROM writes are kept."""
+    """Whether the EEPROM is unlocked."""
     position_counts: int = 0
     voltage_v: float = 0.0
     temperature_c: int = 0
 
     @property
     def byte_order(self) -> Literal["big", "little"]:
-        """Order of the bytes of a register of two."""
+        """Byte order of two-byte registers."""
         return "big" if self.big_endian else "little"
 
     @property
     def offset_counts(self) -> int:
-        """The offset that the register means."""
+        """Offset decoded from the register, counts."""
         bit = self.kind.offset_sign_bit
         if bit is None:
             return 0
@@ -107,7 +107,7 @@ class Surveyed:
 
 
 def find(bus: FeetechBus, ids: Iterable[int], progress: Callable[[int], None] | None = None) -> list[int]:
-    """Return the IDs at which anything answers a ping; `progress` gets each ID before it is asked."""
+    """Return the IDs with any answer to a ping; `progress` is called with each ID before its ping."""
     found = []
     for servo in ids:
         if progress is not None:
@@ -117,14 +117,14 @@ def find(bus: FeetechBus, ids: Iterable[int], progress: Callable[[int], None] | 
         except NoAnswerError:
             continue
         except DamagedAnswerError:
-            # Two servos at once, or a bad line: somebody is there.
+            # Two servos with one ID, or a bad line: in both cases a servo is present.
             pass
         found.append(servo)
     return found
 
 
 def survey(bus: FeetechBus, servo: int, baud: int) -> Surveyed:
-    """Read one servo; a register that it does not give is as if it were not there."""
+    """Survey one servo; `model` is None if its registers cannot be read."""
     silent = damaged = 0
     for _ in range(READS):
         try:

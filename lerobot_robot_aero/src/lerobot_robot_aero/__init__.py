@@ -1,7 +1,7 @@
-"""The Aero Hand Open in LeRobot: the robot `aero_hand` and the teleoperator `aero_twin`.
+"""Aero Hand Open in LeRobot: the robot `aero_hand` and the teleoperator `aero_twin`.
 
-LeRobot imports this package when it starts, because its distribution is named `lerobot_robot_...`, and finds a device
-beside its configuration by the name: `AeroHandRobotConfig` makes an `AeroHandRobot`.
+LeRobot imports this package at startup because of its distribution's name, `lerobot_robot_...`, and finds a device by
+the name of its configuration: `AeroHandRobotConfig` creates an `AeroHandRobot`.
 """
 
 from lerobot_robot_aero.aero_hand_robot import AeroHandRobot

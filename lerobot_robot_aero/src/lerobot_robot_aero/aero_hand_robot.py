@@ -1,4 +1,4 @@
-"""The robot `aero_hand`: a guarded hand with the manners of LeRobot."""
+"""Robot `aero_hand`: a guarded hand with the interface of LeRobot."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ _LOG = logging.getLogger(__name__)
 
 
 class AeroHandRobot(Robot):
-    """An Aero Hand Open that is guarded from the first motion to the last, and left open and weak.
+    """Aero Hand Open, guarded during all motion; opened and set to low torque on disconnect.
 
-    Observations are seven angles, degrees (`index.pos` ...), and on request seven motor currents, A
-    (`index.current` ...), both in command order, and the images of its cameras. Actions are seven angles.
+    Observations are seven angles, degrees (`index.pos` ...), optionally seven motor currents, A (`index.current` ...),
+    both in command order, and the images of the cameras. Actions are seven angles.
     """
 
     config_class = AeroHandRobotConfig
     name = "aero_hand"
 
     def __init__(self, config: AeroHandRobotConfig) -> None:
-        """Prepare a hand; nothing is opened before `connect`.
+        """Prepare a hand; `connect` opens the port.
 
         Raises:
-            ValueError: an unknown side or firmware, or no such unit.
+            ValueError: an unknown side, firmware or unit.
         """
         super().__init__(config)
         self.config = config
@@ -52,33 +52,33 @@ class AeroHandRobot(Robot):
 
     @cached_property
     def observation_features(self) -> dict[str, type | tuple[int, ...]]:
-        """Names of what `get_observation` returns, and their types, or shapes of images."""
+        """Names and types of the observations; shapes for images."""
         names = POSITIONS + CURRENTS if self.config.currents else POSITIONS
         images = {name: (camera.height, camera.width, 3) for name, camera in self.config.cameras.items()}
         return {**dict.fromkeys(names, float), **images}
 
     @cached_property
     def action_features(self) -> dict[str, type]:
-        """Names of the seven angles, degrees, and their types."""
+        """Names and types of the seven angles, degrees."""
         return dict.fromkeys(POSITIONS, float)
 
     @property
     def is_connected(self) -> bool:
-        """Whether there is a hand."""
+        """Whether the hand is connected."""
         return self._target is not None
 
     @property
     def is_calibrated(self) -> bool:
-        """Always: the board homes itself when it is switched on, and `calibrate` homes it again."""
+        """Always true: the board homes at power-on, and `calibrate` homes again."""
         return True
 
     @check_if_already_connected
     def connect(self, calibrate: bool = True) -> None:
-        """Open the hand's port, check the hand, and open its fingers slowly.
+        """Open the port, check the hand, and open the fingers slowly.
 
         Raises:
             NoHandError: nothing answers at the port.
-            SafetyStopError: the hand must not be moved, or did not open.
+            SafetyStopError: the check failed, or the hand did not open.
         """
         with ExitStack() as stack:
             for camera in self.cameras.values():
@@ -87,19 +87,19 @@ class AeroHandRobot(Robot):
             self._target = stack.enter_context(opened(self.config, guarded=True))
             stack.callback(self._forget)
             self.configure()
-            if self._target.real_time:  # on the virtual clock a hand does not move while nobody calls
+            if self._target.real_time:  # a hand on virtual time stands still between calls
                 stack.enter_context(IdleWatch(self._target.hand, self._lock))
             self._open = stack.pop_all()
         _LOG.info("connected to %s", self._target.describe())
 
     def configure(self) -> None:
-        """Check the hand and open it slowly, if nothing has moved it yet; it has its usual limits then."""
+        """Check the hand and open it slowly, unless already done; afterwards the normal limits apply."""
         with self._lock:
             self._connected.begin()
 
     @check_if_not_connected
     def calibrate(self) -> None:
-        """Home the hand, from open fingers."""
+        """Home the hand, starting from open fingers."""
         with self._lock:
             self._connected.hand.home()
 
@@ -108,8 +108,8 @@ class AeroHandRobot(Robot):
         """Read the hand and its cameras.
 
         Raises:
-            SafetyStopError: the guard has opened the hand, and says why.
-            AeroError, ConnectionError: the board does not answer, or the link is gone.
+            SafetyStopError: the guard has opened the hand; the message gives the reason.
+            AeroError, ConnectionError: the board does not answer, or the link is disconnected.
         """
         hand = self._connected.hand
         with self._lock:
@@ -120,9 +120,9 @@ class AeroHandRobot(Robot):
 
     @check_if_not_connected
     def send_action(self, action: RobotAction) -> RobotAction:
-        """Send the hand to seven angles and return those that were sent.
+        """Command seven angles and return the angles sent.
 
-        They differ from the action where it lies outside the command window or beyond `max_relative_target`.
+        The sent angles are clipped to the command window and to `max_relative_target`.
 
         Raises:
             ValueError: an angle is missing or not finite; nothing is sent.
@@ -140,7 +140,7 @@ class AeroHandRobot(Robot):
 
     @check_if_not_connected
     def disconnect(self) -> None:
-        """Open the hand slowly, leave it weak, and give its port back.
+        """Open the hand slowly, set low torque, and close the port.
 
         Raises:
             SafetyStopError: the hand may not be open; the message says what to do.

@@ -1,4 +1,4 @@
-"""The teleoperator `aero_twin`: the angles of another hand, or of a recording."""
+"""Teleoperator `aero_twin`: angles from another hand or from a recording."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from lerobot_robot_aero.playback import Playback, load_playback
 
 _LOG = logging.getLogger(__name__)
 Source = Callable[[], NDArray[np.float64]]
-"""Returns the angles (7,), degrees, that the robot is to take now."""
+"""Function that returns the present target angles (7,), degrees."""
 
 
 class AeroTwin(Teleoperator):
-    """Another hand that the robot follows, or a recording that it plays.
+    """Teleoperator that follows another hand or plays a recording.
 
-    The other hand is read and never sent to a position. It is let go first (`limp`), with a torque of zero, which
-    firmware before 0.1.0 does not know.
+    The other hand is only read, never commanded to a position. With `limp` its torque is first set to zero, which
+    requires firmware 0.1.0 or later.
     """
 
     config_class = AeroTwinConfig
     name = "aero_twin"
 
     def __init__(self, config: AeroTwinConfig) -> None:
-        """Prepare it; nothing is opened before `connect`."""
+        """Prepare the teleoperator; `connect` opens the hand or the recording."""
         super().__init__(config)
         self.config = config
         self._open = ExitStack()
@@ -45,27 +45,27 @@ class AeroTwin(Teleoperator):
 
     @cached_property
     def action_features(self) -> dict[str, type]:
-        """Names of the seven angles, degrees, and their types."""
+        """Names and types of the seven angles, degrees."""
         return dict.fromkeys(POSITIONS, float)
 
     @property
     def feedback_features(self) -> dict[str, type]:
-        """Nothing: the other hand feels nothing."""
+        """Empty: the other hand has no force feedback."""
         return {}
 
     @property
     def is_connected(self) -> bool:
-        """Whether there are angles."""
+        """Whether a source of angles is open."""
         return self._source is not None
 
     @property
     def is_calibrated(self) -> bool:
-        """Always, as the robot."""
+        """Always true, as for the robot."""
         return True
 
     @check_if_already_connected
     def connect(self, calibrate: bool = True) -> None:
-        """Open the other hand and let it go, or read the recording.
+        """Open the other hand and release its torque, or read the recording.
 
         Raises:
             NoHandError: nothing answers at the port.
@@ -84,17 +84,17 @@ class AeroTwin(Teleoperator):
         _LOG.info("following %s", target.describe())
 
     def configure(self) -> None:
-        """Do nothing; `connect` has let the other hand go."""
+        """Do nothing; `connect` releases the torque of the other hand."""
 
     def calibrate(self) -> None:
-        """Do nothing; the other hand homes when it is switched on."""
+        """Do nothing; the other hand homes at power-on."""
 
     @check_if_not_connected
     def get_action(self) -> RobotAction:
-        """Return the seven angles, degrees; a recording begins with the first call.
+        """Return the seven angles, degrees; a recording starts at the first call.
 
         Raises:
-            AeroError, ConnectionError: the other hand's board does not answer, or the link is gone.
+            AeroError, ConnectionError: the other hand's board does not answer, or the link is disconnected.
         """
         assert self._source is not None
         return named(self._source())
@@ -104,13 +104,13 @@ class AeroTwin(Teleoperator):
 
     @check_if_not_connected
     def disconnect(self) -> None:
-        """Give the port back; the other hand stays as it is."""
+        """Close the port; the other hand stays as it is."""
         self._source = None
         self._open.close()
 
 
 def played(playback: Playback, clock: Clock, *, repeat: bool) -> Source:
-    """Return a source that begins a recording when it is first asked."""
+    """Return a source that starts playback at its first call."""
     began: list[float] = []
 
     def angles() -> NDArray[np.float64]:

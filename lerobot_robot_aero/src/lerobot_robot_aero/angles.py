@@ -1,4 +1,4 @@
-"""Angles as LeRobot's data sets hold them, and the codes of one hand."""
+"""Conversion between the angles in LeRobot's data sets and the command codes of a hand."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ NO_SLACK = (0.0,) * len(Channel)
 
 @dataclass(frozen=True)
 class AngleMap:
-    """Converts between angles and the codes of one hand.
+    """Conversion between angles and the codes of one hand.
 
-    Angles are degrees of the compact posture: one for all joints on a cable, 0 for the extended hand.
+    Angles are degrees of the compact posture: one angle for all joints on a cable, 0 for the extended hand.
     """
 
     codec: ActuationMap
-    """For the hand's firmware and side."""
+    """Actuation map for the hand's firmware and side."""
     slack: tuple[float, ...] = NO_SLACK
-    """Travel that each cable takes up before the joints stand where the map has them, (7,), m, abduction rad."""
+    """Slack of each cable, added to the travel of the map, (7,), m (abduction: rad)."""
 
     @classmethod
     def corrected(cls, codec: ActuationMap, whose: str) -> Self:
-        """Return the map with a correction of the cables: `typical`, `none`, or a unit's own.
+        """Return the map with a cable correction: `typical`, `none`, or that of a unit.
 
-        The slack is that of the paper's nominal grasp, as `aero-hil run-policy --correction` takes it.
+        The slack is computed at the paper's nominal grasp, as by `aero-hil run-policy --correction`.
 
         Raises:
-            ValueError: there is no such unit.
+            ValueError: the unit is unknown.
         """
         nominal = np.array(PAPER_DEPLOYMENT.nominal)
         longer = nominal + named_correction(whose, PAPER_DEPLOYMENT)
         return cls(codec, tuple((codec.travel_from_lengths(longer) - codec.travel_from_lengths(nominal)).tolist()))
 
     def codes(self, degrees: ArrayLike) -> NDArray[np.uint16]:
-        """Return the codes (7,) of angles (7,), degrees; beyond the command window its end.
+        """Return the codes (7,) of angles (7,), degrees, clipped to the command window.
 
         Raises:
             ValueError: not seven finite numbers.
@@ -65,15 +65,15 @@ class AngleMap:
 
 
 def named(degrees: ArrayLike) -> dict[str, float]:
-    """Return angles (7,), degrees, under their names."""
+    """Return angles (7,), degrees, by name."""
     return dict(zip(POSITIONS, np.asarray(degrees, np.float64).tolist(), strict=True))
 
 
 def listed(action: Mapping[str, Any]) -> NDArray[np.float64]:
-    """Return the angles (7,), degrees, of an action, whose values are numbers or tensors of one.
+    """Return the angles (7,), degrees, of an action with numbers or one-element tensors as values.
 
     Raises:
-        ValueError: an angle is missing; the message says which.
+        ValueError: an angle is missing; the message names the missing ones.
     """
     missing = [name for name in POSITIONS if name not in action]
     if missing:

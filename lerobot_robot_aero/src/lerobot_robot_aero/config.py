@@ -1,6 +1,6 @@
-"""What the command line of LeRobot may say about a hand.
+"""Configurations for LeRobot's command line.
 
-No annotations as strings here: LeRobot's parser reads the types of the fields.
+No `from __future__ import annotations` here, because LeRobot's parser reads the field types.
 """
 
 from dataclasses import dataclass, field
@@ -14,55 +14,55 @@ from lerobot.teleoperators import TeleoperatorConfig
 from model.units.cable_correction import TYPICAL
 
 EMULATED = "emulated"
-"""Port of a hand without hardware."""
+"""Port name of an emulated hand."""
 
 
 @dataclass(kw_only=True)
 class ChosenHandConfig:
-    """One hand, on a port or emulated."""
+    """Configuration of a hand, on a port or emulated."""
 
     port: str
-    """Device path or pyserial URL of the hand, a name in `hands.toml`, or `emulated`: its own process, in real time."""
+    """Device path or pyserial URL of the hand, a name in `hands.toml`, or `emulated` (separate process, real time)."""
     side: Literal["right", "left"] | None = None
-    """Side of the hand; None for what `hands.toml` says, else right."""
+    """Side of the hand; None for the side in `hands.toml`, else right."""
     firmware: str | None = None
-    """Version that the hand runs, or that is emulated; None for what `hands.toml` says, else the default."""
+    """Firmware version of the hand or emulator; None for the version in `hands.toml`, else the default."""
     unit: str = "reference"
-    """Of an emulated hand: shipped name, `plausible:SEED` or `.toml` path."""
+    """Unit of an emulated hand: shipped name, `plausible:SEED` or `.toml` path."""
     seed: int = 0
-    """Of an emulated hand's noise."""
+    """Seed of an emulated hand's noise."""
     fault: str = ""
-    """Of an emulated hand: faults as `aero-hil faults` lists them, with blanks between."""
+    """Faults of an emulated hand, as listed by `aero-hil faults`, separated by blanks."""
     correction: str = TYPICAL
-    """Whose correction of the cables: `typical` of healthy hands, `none`, or a unit, a file of `aero-hil calibrate`."""
+    """Cable correction: `typical` of healthy hands, `none`, or that of a unit (file of `aero-hil calibrate`)."""
 
 
 @RobotConfig.register_subclass("aero_hand")
 @dataclass(kw_only=True)
 class AeroHandRobotConfig(RobotConfig, ChosenHandConfig):
-    """The robot `aero_hand`."""
+    """Configuration of the robot `aero_hand`."""
 
     currents: bool = False
-    """Whether observations hold the motor currents, A, besides the angles."""
+    """Whether observations include the motor currents, A."""
     max_relative_target: float | None = None
-    """How far one action may be from where the hand stands, degrees; None for any distance."""
+    """Largest difference of an action from the present angles, degrees; None for no limit."""
     cameras: dict[str, CameraConfig] = field(default_factory=dict)
-    """Cameras of LeRobot, by name."""
+    """LeRobot cameras, by name."""
 
 
 @TeleoperatorConfig.register_subclass("aero_twin")
 @dataclass(kw_only=True)
 class AeroTwinConfig(TeleoperatorConfig, ChosenHandConfig):
-    """The teleoperator `aero_twin`: another hand on `port`, or a `recording` in place of one."""
+    """Configuration of the teleoperator `aero_twin`: another hand on `port`, or a `recording`."""
 
     port: str = ""
-    """As of the robot; empty when a recording is played."""
+    """Port of the other hand, as for the robot; empty for a recording."""
     limp: bool = True
-    """Whether the hand on `port` is let go so that it can be moved; otherwise it is only read."""
+    """Whether to set the torque of the hand on `port` to zero, so that it can be moved by hand."""
     recording: Path | None = None
-    """MCAP file of aero-hil whose position commands are played."""
+    """MCAP file of aero-hil with position commands to play."""
     repeat: bool = True
-    """Whether a recording begins again after its end; otherwise its last command stays."""
+    """Whether a recording repeats after its end; otherwise its last command is held."""
 
     def __post_init__(self) -> None:
         """Raise ValueError unless there is either a port or a recording."""

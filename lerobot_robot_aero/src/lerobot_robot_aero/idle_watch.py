@@ -1,7 +1,7 @@
-"""Watching a guarded hand while its program does something else.
+"""Background polling of a guarded hand while the program is busy.
 
-A guard polls its hand in the calls of the program, and opens a hand that nobody has polled for ten seconds.
-LeRobot makes no calls while it saves an episode or encodes its films, with the fingers still closed.
+A guard polls its hand during the program's calls, and opens a hand that was not polled for ten seconds. LeRobot makes
+no calls while saving an episode or encoding videos, with the fingers still closed.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from aero.safety import SafetyStopError
 
 _LOG = logging.getLogger(__name__)
 IDLE_S = 0.1
-"""How long the program may leave the hand alone before it is looked at here, s."""
+"""Period of the polls, and age of the last reading above which the thread polls, s."""
 
 
 class IdleWatch:
-    """Polls a hand now and then, from a thread of its own.
+    """Thread that polls a hand between the program's calls.
 
-    The lock covers every exchange with the hand: the program holds it for each of its calls, the thread for each poll.
+    The lock guards every exchange with the hand: the program takes the lock for each call, the thread for each poll.
     """
 
     def __init__(self, hand: Hand, lock: threading.Lock) -> None:
-        """Prepare to watch; nothing is read before the `with` statement."""
+        """Prepare the thread; the `with` statement starts polling."""
         self._hand = hand
         self._lock = lock
         self._ended = threading.Event()
 
     def __enter__(self) -> Self:
-        # A daemon, so that a program that never disconnects can still end; the standby process opens its hand.
+        # A daemon thread, so that a program can exit without disconnecting; the standby process then opens the hand.
         self._thread = threading.Thread(target=self._run, name="idle watch", daemon=True)
         self._thread.start()
         return self
@@ -51,7 +51,7 @@ class IdleWatch:
                     return
 
     def _look(self) -> bool:
-        """Poll the hand, and return whether to continue; what ends it is raised again in the program's next call."""
+        """Poll the hand; return whether to continue. A fatal error recurs in the program's next call."""
         try:
             self._hand.read_codes()
         except AeroError as error:

@@ -1,4 +1,4 @@
-"""From what the command line said to an open hand."""
+"""Opening of the hand selected by a configuration."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def spec_of(chosen: ChosenHandConfig) -> HandSpec:
-    """Return the hand of a configuration; what `hands.toml` says of a name counts over a default.
+    """Return the hand of a configuration; entries in `hands.toml` override defaults.
 
     Raises:
         ValueError: an unknown name, side or firmware.
@@ -28,14 +28,14 @@ def spec_of(chosen: ChosenHandConfig) -> HandSpec:
 
 @contextmanager
 def opened(chosen: ChosenHandConfig, *, guarded: bool) -> Iterator[Target]:
-    """Open a hand in real time; an emulated one is a process of its own, which Ctrl-C does not reach.
+    """Open a hand in real time; an emulated one runs in a separate process, which ignores Ctrl-C.
 
-    A fault that had no effect is a warning here: how long a data set gets is not known before.
+    A fault without effect only causes a warning, because the length of a data set is unknown in advance.
 
     Raises:
         ValueError: an unknown firmware, unit or fault; a fault of a hand on a port.
         NoHandError: nothing answers at the port.
-        SafetyStopError: on leaving, the hand may not be open; the message says what to do.
+        SafetyStopError: on exit, the hand may not be open; the message says what to do.
     """
     try:
         faults = tuple(map(parse_fault, chosen.fault.split()))

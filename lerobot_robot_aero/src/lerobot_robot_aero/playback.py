@@ -1,4 +1,4 @@
-"""The position commands of a recording, played again as angles."""
+"""Playback of a recording's position commands as angles."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from lerobot_robot_aero.angles import AngleMap
 
 @dataclass(frozen=True)
 class Playback:
-    """Angles over time, each held until the next."""
+    """Angles over time, each valid until the next."""
 
     times: NDArray[np.float64]
-    """(n,) float, s; the first is 0."""
+    """Times, (n,) float, s; the first is 0."""
     degrees: NDArray[np.float64]
-    """(n, 7) float, degrees, command order."""
+    """Angles, (n, 7) float, degrees, command order."""
     duration_s: float
     """Time from the first command to the end of the recording, s."""
 
     def at(self, t: float, *, repeat: bool) -> NDArray[np.float64]:
-        """Return the angles (7,), degrees, at `t` s after the beginning; the last ones after the end, or again."""
+        """Return the angles (7,), degrees, `t` s after the start; after the end repeat, or hold the last ones."""
         if repeat and self.duration_s > 0:
             t %= self.duration_s
         held: NDArray[np.float64] = self.degrees[max(0, int(np.searchsorted(self.times, t, side="right")) - 1)]
@@ -35,11 +35,11 @@ class Playback:
 
 
 def load_playback(path: Path) -> Playback:
-    """Return the position commands of a recording, which are read from the bytes that went to its hand.
+    """Return the position commands of a recording, parsed from the bytes sent to its hand.
 
     Raises:
         OSError: the file cannot be read.
-        UnusableFileError: it is no recording of aero-hil, or has no position command.
+        UnusableFileError: the file is not a recording of aero-hil, or has no position command.
     """
     recording = with_series(read_recording(path))
     if "command_codes" not in recording.series:
@@ -50,5 +50,5 @@ def load_playback(path: Path) -> Playback:
     return Playback(
         times=commands.times - first,
         degrees=AngleMap(codec).degrees(commands.values.astype(np.int64)),
-        duration_s=max(last, header.duration_s) - first,  # the header of a broken-off recording says 0
+        duration_s=max(last, header.duration_s) - first,  # 0 in the header of an aborted recording
     )
