@@ -1,1 +1,1 @@
-"""The runs of one hand over months: its readings by date, and drift towards a limit."""
+"""History of one hand: readings of its runs by date, and drift towards limits."""

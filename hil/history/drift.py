@@ -1,8 +1,8 @@
 """Drift of a reading towards its limit, by a robust slope over the dates of the runs.
 
-The slope is Theil and Sen's, the median of the slopes between all pairs of runs, so that a single bad run moves it
-little. A drift is reported only if Kendall's test rejects independence of the date, the slope leads to a limit, and the
-limit is less than `HORIZON_DAYS` away. All trends of one hand share one chance of a false alarm.
+The slope is Theil-Sen's, the median over all pairs of runs, which is robust to a single bad run. A drift is reported
+only if Kendall's test rejects independence of reading and date, and the trend reaches a limit within `HORIZON_DAYS`.
+All trends of one hand share one false-alarm probability.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from hil.history.runs import HandRun
 from hil.verdict.limits import Limit, load_limits
 
 LEAST_RUNS = 5
-"""Runs below which nothing is reported: four points lie on a line too often."""
+"""Threshold of number of runs; below it no drift is reported, because four points often align by chance."""
 FALSE_ALARMS = 0.004
-"""Probability of reporting any drift of a hand that does not change. Source: that of a validation's limits."""
+"""False-alarm probability of any drift on an unchanged hand. Source: that of a validation's limits."""
 CONFIDENCE = 0.95
-"""Of the interval that is printed beside a slope."""
+"""Confidence level of a slope's interval."""
 HORIZON_DAYS = 365.0
-"""Time to the limit beyond which a drift is not reported. Chosen: an owner plans no further."""
+"""Threshold of time to the limit, days; above it no drift is reported. Chosen as an owner's planning horizon."""
 DAYS_A_MONTH = 30.44
 FIRST = ("rise_hand_ms", "tracking_rms")
-"""Metrics that are listed first: the regression that every run is compared by."""
+"""Metrics listed first: those of the regression comparison between runs."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Drift:
-    """A reading that moves towards a limit."""
+    """Drift of a reading towards a limit."""
 
     track: Track
     per_month: float
@@ -58,13 +58,13 @@ class Drift:
     interval: tuple[float, float]
     """95 % interval of the slope."""
     bound: float
-    """Limit that the reading approaches."""
+    """Approached limit, in the metric's unit."""
     days_left: float
     """Days from the last run until the trend passes the limit; 0 if it has passed."""
 
     @property
     def sentence(self) -> str:
-        """Text for people, in one line."""
+        """Description in one line, for display."""
         unit, subject = self.track.metric.unit, self.track.subject.replace("_", " ")
         low, high = self.interval
         slope = f"{subject}: {self.track.metric.words} {self.per_month:+.3g} {unit} a month ({low:+.3g} to {high:+.3g})"
@@ -79,7 +79,7 @@ def tracks_of(runs: Sequence[HandRun]) -> list[Track]:
     """Return the readings of every judged metric and subject by date, the regression's metrics first.
 
     Args:
-        runs: of one hand, in the order of their dates.
+        runs: runs of one hand in order of date.
     """
     if not runs:
         return []
@@ -111,7 +111,7 @@ def _track(
                 since, boundary = len(values), False
             dates.append(run.started)
             values.append(float(value))
-        # What a person did in a case comes after the run that opened it.
+        # Interventions of a case follow the run that opened it.
         boundary |= any(not done.channels or subject in done.channels for done in run.interventions)
     if values:
         since = len(values) if boundary else since
@@ -134,7 +134,7 @@ def _drift(track: Track, chance: float) -> Drift | None:
     days = np.array([(date - begin).total_seconds() / 86400.0 for date in track.dates[track.since :]])
     if np.ptp(days) <= 0.0 or np.ptp(values) <= 0.0:
         return None
-    # Not by the interval of the slope: of five runs it ends at the steepest pair, whatever its confidence.
+    # Not by the slope's interval, which for five runs ends at the steepest pair at any confidence level.
     if not kendalltau(days, values).pvalue <= chance:
         return None
     slope, intercept, low, high = theilslopes(values, days, alpha=CONFIDENCE)

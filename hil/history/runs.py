@@ -1,4 +1,4 @@
-"""Runs of one hand, found in the folders that `aero-hil validate` left. No database is kept."""
+"""Runs of one hand, read from the result folders of `aero-hil validate`, without a database."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from hil.verdict.case_file import CASE, read_case
 
 
 class Intervention(NamedTuple):
-    """A step of a case that a person did to the hand between two runs."""
+    """Step of a case on the hand between two runs."""
 
     step: str
     """Name of the step in `steps.toml`."""
     channels: frozenset[str]
-    """Labels of the channels that it touched; empty for the whole hand."""
+    """Labels of the affected channels; empty for the whole hand."""
 
 
 @dataclass(frozen=True)
@@ -32,24 +32,24 @@ class HandRun:
 
     folder: Path
     started: datetime
-    """Beginning of its first recording."""
+    """Start of the first recording."""
     header: Header
-    """Header of that recording."""
+    """Header of the first recording."""
     measured: Mapping[str, Measured]
     passed: bool
     interventions: tuple[Intervention, ...] = ()
-    """Steps of the case that this run opened; they followed it."""
+    """Steps after this run, in the case that it opened."""
 
 
 class Refused(NamedTuple):
-    """A folder with results that is not used, and the reason."""
+    """Unusable result folder, with the reason."""
 
     folder: Path
     reason: str
 
 
 def runs_in(places: Iterable[Path]) -> tuple[list[HandRun], list[Refused]]:
-    """Return all runs below some folders in the order of their dates, and the folders that hold no usable run."""
+    """Return all runs below some folders in order of date, and the unusable folders."""
     found: dict[Path, HandRun] = {}
     refused: list[Refused] = []
     for place in places:
@@ -67,7 +67,7 @@ def runs_in(places: Iterable[Path]) -> tuple[list[HandRun], list[Refused]]:
 def of_hand(runs: Iterable[HandRun], hand: str) -> list[HandRun]:
     """Return the runs of a hand by its name in `hands.toml` or its serial number.
 
-    Runs of a name include those that its serial number alone identifies: a hand may have been named later.
+    A name also selects earlier runs with the serial number alone, from before the hand was named.
     """
     every = list(runs)
     numbers = {run.header.serial_number for run in every if run.header.hand_id == hand} - {""}
@@ -97,7 +97,7 @@ def _run(folder: Path) -> HandRun:
 
 
 def _headers(folder: Path) -> Iterator[Header]:
-    """Yield the header of the recording that was made first, if there is any."""
+    """Yield the headers of the folder's dated recordings in order of date."""
     headers = [read_header(path) for path in sorted(folder.glob("*.mcap"))]
     yield from sorted((one for one in headers if one.started), key=lambda one: datetime.fromisoformat(one.started))
 

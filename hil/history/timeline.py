@@ -1,4 +1,4 @@
-"""The page of a hand's history: drifts, the regression's metrics first, every run with its commit and steps."""
+"""History page of a hand: drifts, charts (regression metrics first), and every run with its commit and steps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hil.history.runs import HandRun
 from hil.report.matplotlib_svg import svg_of
 
 COLUMNS, WIDTH_IN, HEIGHT_IN = 4, 2.7, 1.8
-"""Panels a row, and size of one, inches."""
+"""Panels a row, and width and height of a panel, inches."""
 
 
 def render_history(hand: str, runs: Sequence[HandRun], tracks: Sequence[Track], drifts: Sequence[Drift]) -> str:
@@ -37,7 +37,7 @@ def _template() -> jinja2.Template:
 
 
 def _groups(tracks: Sequence[Track]) -> Iterator[tuple[str, list[Track]]]:
-    """Yield the title of each metric that some limit bounds, and its readings subject by subject."""
+    """Yield title and readings by subject of each metric with a limit."""
     found: dict[tuple[str, str], list[Track]] = {}
     for track in tracks:
         if track.limit is not None:

@@ -1,4 +1,4 @@
-"""See a hand move: a web page on this machine, live or from a recording.
+"""Web page on this machine that shows a hand, live or from a recording.
 
-The page is served by a process of its own, so that whatever a browser does, the hand's program does not wait for it.
+A separate process serves the page, so that no browser can block the program that drives the hand.
 """

@@ -1,6 +1,6 @@
-"""The page's own process: reads messages as lines from its standard input and shows them.
+"""Process of the page: reads messages, one a line, from its standard input and shows them.
 
-Says `ready URL` when the page can be opened, and ends with its input, at the latest.
+Prints `ready URL` once the page can be opened, and exits at the end of its input at the latest.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from hil.view.frame import DO, Heading, Message, ViewEnd, message
 from hil.view.web_page import Page
 
 POLITENESS = 19
-"""How far the page steps back, on a busy machine, behind the program that drives the hand; the shell's `nice`."""
+"""Nice value of the page's process, below the priority of the program that drives the hand."""
 ALIVE_S = 1.0
-"""Time between signs of life, s."""
+"""Heartbeat period, s."""
 RELOAD_S = 3.0
-"""Time without any browser after which all have gone, and none is merely loading the page again, s."""
+"""Threshold of time without a browser, s; above it the page counts as closed, not as reloading."""
 
 
 _ONE_AT_A_TIME = threading.Lock()
 
 
 def say(*words: str) -> None:
-    """Print a line; sliders are heard in threads of viser's, and their lines must not run into each other."""
+    """Print a line under a lock, because viser calls slider handlers in several threads."""
     with _ONE_AT_A_TIME:
         sys.stdout.write(" ".join(words) + "\n")
         sys.stdout.flush()
 
 
 def serve(page: Page, received: SimpleQueue[Message | None]) -> None:
-    """Show what is received, until None or until it has ended and nobody looks any more."""
+    """Show the received messages until None, or until the view has ended and no browser is connected."""
     end: ViewEnd | None = None
     looked_at, last_seen, alive = False, -math.inf, -math.inf
     while True:
@@ -58,7 +58,7 @@ def serve(page: Page, received: SimpleQueue[Message | None]) -> None:
 
 
 def main() -> None:
-    """Serve the page that the first line of the input describes."""
+    """Serve the page described by the first line of the input."""
     if hasattr(os, "nice"):
         os.nice(POLITENESS)
     page = Page(Heading(**json.loads(sys.stdin.readline())), on_words=lambda words: say(DO, json.dumps(words)))

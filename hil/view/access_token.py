@@ -1,8 +1,8 @@
-"""Guard of the page's server: an access token, its own name and origin, and no frame around it; also the page's head.
+"""Access control of the page's server: token, host and origin checks, no framing; also the page's head.
 
-viser has none of them. On one machine others may have accounts, and any web page in a browser may try ports of the
-machine that it runs on. So the page's address has a random first folder. Without it a request gets nothing: no file,
-and no socket either, because viser's page takes the socket's address from its own.
+viser has none of these. Other accounts of the machine, and any web page in a browser, can reach a local port. The
+page's address therefore begins with a random folder, without which the server refuses files and WebSockets alike;
+viser's page derives the WebSocket address from its own.
 """
 
 from __future__ import annotations
@@ -20,34 +20,32 @@ from websockets.http11 import Request, Response
 
 HttpAnswer = Callable[[ServerConnection, Request], Response | None]
 TOKEN_BYTES = 16
-"""As many as a random UUID has, and more than can be tried."""
+"""Size of the token: that of a random UUID, beyond brute force."""
 VISER_TITLE = b"<title>Viser</title>"
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
-"""Names of this machine; another one in `Host` is a foreign site that resolves to this address. Any port, for SSH."""
+"""Accepted names in `Host`; any other name may be a DNS rebinding attack. Any port, for SSH tunnels."""
 POLICY = {
     "X-Frame-Options": "DENY",
     "Content-Security-Policy": "frame-ancestors 'none'",
     "Referrer-Policy": "no-referrer",
 }
-"""Headers of every response: no page may show this one in a frame, and the token is told to nobody."""
+"""Headers of every response, against framing by other pages and against leaking the token as referrer."""
 
 
 def new_token() -> str:
-    """Return a secret for one page."""
+    """Return a new random token for one page."""
     return secrets.token_urlsafe(TOKEN_BYTES)
 
 
 @contextmanager
 def guarding(token: str, head: str) -> Iterator[None]:
-    """Let servers that are started inside answer only below `/TOKEN`, with this HTML in the page's head.
-
-    viser hands `websockets` a function that answers requests and offers no place to put one before it. So the call that
-    starts the server is replaced for as long as viser starts; `tests/harness/view` asks without the token. A proxy in
-    front would not do: viser listens on a TCP port of its own, which would still answer without the token.
+    """Restrict servers that are started in this context to paths below `/TOKEN`, with `head` in the page's head.
 
     Raises:
-        RuntimeError: no server was started this way, so that nothing would ask for the token.
+        RuntimeError: no server was started through `websockets`, so the token would not be checked.
     """
+    # viser passes `websockets` its request handler and has no hook before it, so the server's start function is
+    # replaced while viser starts. A proxy in front was rejected: viser's own TCP port would still answer without token.
     start = websockets.asyncio.server.serve
     started = []
 
@@ -79,7 +77,7 @@ def _guarded(token: str, head: str, answer: HttpAnswer) -> HttpAnswer:
             if is_page:
                 request.headers.pop("Accept-Encoding", None)  # the head is changed in plain text
             response = answer(connection, request)
-        if response is not None:  # else it becomes a socket
+        if response is not None:  # None upgrades the connection to a WebSocket
             if is_page:
                 _put_head(response, head)
             response.headers.update(POLICY)
@@ -89,7 +87,7 @@ def _guarded(token: str, head: str, answer: HttpAnswer) -> HttpAnswer:
 
 
 def is_ours(hosts: list[str], origins: list[str]) -> bool:
-    """Return whether a request names this machine, and comes from the page itself where it has an origin."""
+    """Return True if `Host` names this machine and every `Origin` is the page's own."""
     if len(hosts) != 1 or any(origin != f"http://{hosts[0]}" for origin in origins):
         return False
     try:
@@ -99,7 +97,7 @@ def is_ours(hosts: list[str], origins: list[str]) -> bool:
 
 
 def _put_head(response: Response, head: str) -> None:
-    """Put a head of ours in place of viser's title; viser has no setting for it."""
+    """Replace viser's title by our head, because viser has no setting for the head."""
     if VISER_TITLE in (response.body or b""):
         response.body = bytes(response.body).replace(VISER_TITLE, head.encode())
         del response.headers["Content-Length"]

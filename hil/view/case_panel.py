@@ -1,4 +1,4 @@
-"""The part of the page that a person at the hand works with: the step, the question, its buttons, and Stop."""
+"""Panel of a case on the page: step, question with buttons, and Stop."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from hil.view.frame import ANSWER, STOP, Asked, CaseMessage, CaseStands, Moving,
 from model.geometry import Side
 
 LAST_TOLD = 4
-"""Lines that are shown, the newest last."""
+"""Number of lines shown, the newest last."""
 LONGEST = 1000
-"""Characters of a note that are passed on."""
+"""Length limit of a note, characters."""
 
 
 class CasePanel:
-    """Shows how a case stands, and says what the person answers."""
+    """Shows the status of a case, and forwards the person's answers."""
 
     def __init__(self, gui: viser.GuiApi, side: Side, on_words: Callable[[str], object]) -> None:
-        """Add the panel below what the page has so far; `on_words` takes answers and Stop."""
+        """Append the panel to the page; `on_words` receives answers and Stop."""
         self._gui, self._side, self._on_words = gui, side, on_words
         self._told: list[str] = []
         self._stopped = gui.add_html("")
@@ -38,7 +38,7 @@ class CasePanel:
         self._answers.on_submit(lambda _event: self._note())
 
     def show(self, message: CaseMessage) -> None:
-        """Take a message."""
+        """Show a message."""
         match message:
             case Asked():
                 self._ask(message)
@@ -48,7 +48,7 @@ class CasePanel:
                 if message.text:
                     self._moves.content = panel.moves(message.text)
                 self._bar.visible = bool(message.doing) and message.part < 1.0
-                # mypy does not see a setter that stands apart from its getter.
+                # mypy does not see a setter that is defined apart from its getter.
                 self._bar.value = 100.0 * min(max(message.part, 0.0), 1.0)  # type: ignore[misc]
                 if message.doing:
                     self._moves.content = panel.progress(message)
@@ -57,7 +57,7 @@ class CasePanel:
                 self._lines.content = panel.lines(self._told[-LAST_TOLD:])
 
     def _ask(self, asked: Asked) -> None:
-        """Put the buttons of a question, or a field for a note, in place of those before."""
+        """Replace the answer inputs by the buttons of a question or a field for a note."""
         self._asked = asked
         for one in self._inputs:
             one.remove()
@@ -74,14 +74,14 @@ class CasePanel:
                 self._inputs.append(button)
 
     def _say(self, asked: Asked, label: str, _event: object) -> None:
-        """Answer a question; one that was answered meanwhile has another number, and is left."""
+        """Answer a question; its number lets the receiver ignore a late answer to an earlier question."""
         if asked.labels:
             self._on_words(f"{ANSWER} {asked.number} {label}")
         else:
             self._note()
 
     def _note(self) -> None:
-        """Send the note, where one is asked for."""
+        """Send the note if the current question asks for one."""
         asked, inputs = self._asked, self._inputs
         if asked.number and not asked.labels and isinstance(inputs[0], viser.GuiTextHandle):
             self._on_words(f"{ANSWER} {asked.number} {inputs[0].value[:LONGEST]}")

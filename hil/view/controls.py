@@ -1,4 +1,4 @@
-"""Controls of the page of an emulated hand: a slider a channel, faults to pick, and a line for any act."""
+"""Controls of an emulated hand on the page: a slider a channel, a fault menu, and a text field for any act."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from hil.view import panel
 from hil.view.frame import Floats
 
 PICKED = {name: fault for name, fault in CATALOGUE.items() if fault.later and fault.layer is not FaultLayer.HOST}
-"""Faults that can begin on a running hand behind a port."""
+"""Faults of the menu: those that can begin on a running hand behind a port."""
 WHOLE_HAND = "whole hand"
 OWN_S = 1.0
-"""Time after a person moved a slider in which it does not follow the hand, s."""
+"""Time after a manual move during which a slider does not follow the hand, s."""
 LONGEST = 1000
-"""Characters of the words that are passed on."""
+"""Length limit of forwarded text, characters."""
 
 
 class Controls:
-    """What a person does to the hand on the page becomes words of the prompt."""
+    """Translates the user's acts on the page to commands of the prompt."""
 
     def __init__(self, gui: viser.GuiApi, on_words: Callable[[str], object]) -> None:
-        """Add the controls below what the page has so far; `on_words` takes the words."""
+        """Append the controls to the page; `on_words` receives the commands."""
         self._on_words = on_words
         self._touched = dict.fromkeys(Channel, 0.0)
         with gui.add_folder("Command, % of the window"):
@@ -52,21 +52,21 @@ class Controls:
         form.on_submit(lambda _event: self._say(words.value))
 
     def follow(self, percent: Floats) -> None:
-        """Move sliders that nobody is moving to what the hand was told, (7,) % of the window, NaN where not known."""
+        """Set idle sliders to the hand's last command, (7,) % of the window, NaN if unknown."""
         now = time.monotonic()
         for channel, slider in zip(Channel, self._sliders, strict=True):
             told = percent[channel]
             if np.isfinite(told) and now - self._touched[channel] > OWN_S and round(told) != round(slider.value):
-                # mypy does not see a setter that stands apart from its getter.
+                # mypy does not see a setter that is defined apart from its getter.
                 slider.value = float(round(told))  # type: ignore[misc]
 
     def _commanded(self, channel: Channel, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
-        if event.client is not None:  # a person, and not the page itself
+        if event.client is not None:  # moved by a user, not by the page itself
             self._touched[channel] = time.monotonic()
             self._say(f"command {channel.label} {event.target.value:g}")
 
     def _offer(self) -> None:
-        """Describe the fault that is picked, and offer the channels that it may sit on."""
+        """Show the description and the candidate channels of the selected fault."""
         if (fault := PICKED.get(self._fault.value)) is not None:
             self._described.content = panel.described(fault)
             self._channel.options = [channel.label for channel in fault.channels] or [WHOLE_HAND]

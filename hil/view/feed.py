@@ -1,7 +1,6 @@
-"""The hand's end of the page: a thread that takes frames of the hand, and a process that shows them.
+"""Feed of the page: a thread that samples frames of the hand, and the process that shows them.
 
-Nothing here waits for the page, but opening and ending it, which have time limits. A frame that the page has no time
-for is not taken.
+Only opening and ending the page block, with time-outs. Frames are dropped if the page is too slow.
 """
 
 from __future__ import annotations
@@ -20,53 +19,53 @@ from hil.view.frame import DO, CaseMessage, Heading, Message, Note, Severity, Ve
 from hil.view.sources import FRAMES_PER_S, Source
 
 START_S = 60.0
-"""Time in which the page has to be there, s."""
+"""Time-out of the page's start, s."""
 SILENT_S = 15.0
-"""Time without a sign of life after which the page is not waited for, s; it gives one a second."""
+"""Time-out of the page's heartbeat, s; its period is 1 s."""
 SHARE = 0.05
-"""Largest part of the time that frames may take of the process that drives or emulates the hand."""
+"""Limit of the time fraction that sampling may take in the process that drives or emulates the hand."""
 GIVE_WAY_S = 1.0
-"""Pause after a board was late, s."""
+"""Pause of sampling after a delay of the board, s."""
 STOP_S = 5.0
-"""Time that the page has to end, s."""
+"""Time-out of the page's exit, s."""
 
 
 class Observer:
-    """What a command tells whoever looks on: nobody."""
+    """Observer interface of a command; this base class ignores every call."""
 
     def follow(self, source: Source) -> None:
-        """Show this hand from now on."""
+        """Show the hand of a source."""
 
     def note(self, text: str, severity: Severity = "info") -> None:
         """Show an event, at the time of the last frame."""
 
     def give_way(self) -> None:
-        """Take no frame for a while, because the hand or its board is late."""
+        """Pause sampling for `GIVE_WAY_S` after a delay of the hand or its board."""
 
     def verdicts(self, passed: int, failed: Sequence[str]) -> None:
-        """Show what was found so far: checks within their limits, and a sentence for each that is not."""
+        """Show the findings so far: number of passed checks, and sentences on the failed ones."""
 
     def show(self, message: CaseMessage) -> None:
-        """Show the person at the hand something of a case."""
+        """Show a message of a case to the person at the hand."""
 
     @property
     def sending(self) -> bool:
-        """Whether anybody can look on."""
+        """True if a page receives the frames."""
         return False
 
 
 class Feed(Observer):
-    """A page that shows a hand which this process drives."""
+    """Observer with a page that shows a hand driven by this process."""
 
     def __init__(self, heading: Heading, on_words: Callable[[str], object] | None = None) -> None:
         """Start the page's process and wait until the page can be opened.
 
         Args:
-            heading: of the page.
-            on_words: called in a thread of its own with what a person does to the hand on the page.
+            heading: title and features of the page.
+            on_words: called in a separate thread with each user command on the page.
 
         Raises:
-            ChildError: it did not start; it has said why on standard error.
+            ChildError: the page did not start; its process printed the cause on standard error.
         """
         self._alive = threading.Event()
         self._on_words = on_words
@@ -77,7 +76,7 @@ class Feed(Observer):
             with suppress(BrokenPipeError):
                 self._page.send(json.dumps(asdict(heading)) + "\n")
             self.url = self._page.wait_ready(START_S)
-            """What to open in a browser."""
+            """Address of the page."""
             self._messages: SimpleQueue[Message] = SimpleQueue()
             self._source: Source | None = None
             self._ended = threading.Event()
@@ -87,26 +86,26 @@ class Feed(Observer):
             self._late_s = 0.0
             self._thread = threading.Thread(target=self._run, name="view", daemon=True)
             self._thread.start()
-        except BaseException:  # a page without its feed would stay
+        except BaseException:  # without its feed, the page's process would never exit
             self._page.kill()
             raise
 
     @property
     def pid(self) -> int:
-        """Number of the page's process."""
+        """Process ID of the page."""
         return self._page.pid
 
     @property
     def sending(self) -> bool:
-        """Whether frames go to the page."""
+        """True if frames are sent to the page."""
         return self._thread.is_alive()
 
     def give_way(self) -> None:
-        """Take no frame for a while, because the hand or its board is late."""
+        """Pause sampling for `GIVE_WAY_S` after a delay of the hand or its board."""
         self._late_s = GIVE_WAY_S
 
     def follow(self, source: Source) -> None:
-        """Show this hand from now on."""
+        """Show the hand of a source."""
         self._source = source
 
     def note(self, text: str, severity: Severity = "info") -> None:
@@ -114,20 +113,18 @@ class Feed(Observer):
         self._messages.put(Note(self._time, text, severity))
 
     def verdicts(self, passed: int, failed: Sequence[str]) -> None:
-        """Show what was found so far: checks within their limits, and a sentence for each that is not."""
+        """Show the findings so far: number of passed checks, and sentences on the failed ones."""
         self._messages.put(Verdicts(passed, tuple(failed)))
 
     def show(self, message: CaseMessage) -> None:
-        """Show the person at the hand something of a case."""
+        """Show a message of a case to the person at the hand."""
         self._messages.put(message)
 
     def end(self, *, stay: bool) -> None:
-        """Say that the hand is done, and return when the page is not needed any more.
-
-        That is at once when no browser has it open, otherwise when the last one has gone, or at Ctrl-C.
+        """Stop sampling and wait until the last browser has closed the page, or for Ctrl-C.
 
         Args:
-            stay: wait for a first browser too.
+            stay: True to wait for a first browser too.
         """
         self._messages.put(ViewEnd(stay))
         self._ended.set()
@@ -150,16 +147,16 @@ class Feed(Observer):
             self._on_words(json.loads(words))
 
     def _run(self) -> None:
-        """Take frames and send them until the end; a page that has gone is said once and changes nothing else."""
+        """Sample and send frames until the end; a failure of the page is reported once and stops only the feed."""
         try:
             while not self._ended.wait(self._pause_s):
                 begin = time.monotonic()
                 self._send()
-                # On a busy computer a frame takes long, and the hand is waiting for the same core.
+                # Adapt the rate, because on a busy computer sampling competes with the hand for a core.
                 self._pause_s = max(1.0 / FRAMES_PER_S, (time.monotonic() - begin) / SHARE, self._late_s)
                 self._late_s = 0.0
             self._send()
-        except Exception as error:  # who watches does not end what is watched
+        except Exception as error:  # a failed observer must not stop the hand
             if not self._ended.is_set():
                 print(f"the page has ended ({error}); the hand continues", file=sys.stderr)
             self._page.kill()
@@ -170,7 +167,7 @@ class Feed(Observer):
         if frame is not None and frame.t != self._time:
             self._time = frame.t
             lines.append(line(frame))
-        while not self._messages.empty():  # no other thread takes from it
+        while not self._messages.empty():  # this thread is the only consumer
             lines.append(line(self._messages.get()))
         if lines:
             self._page.send("".join(lines))

@@ -1,4 +1,4 @@
-"""What the page shows of a hand at one instant, and how it travels to the page's process: one line of JSON each."""
+"""Messages to the page's process, one line of JSON each: frames of a hand, events, findings, questions."""
 
 from __future__ import annotations
 
@@ -18,55 +18,55 @@ Severity = Literal["info", "warning", "error"]
 
 
 def unknown(size: int = len(Channel)) -> Floats:
-    """Return numbers that nobody knows, (size,) NaN."""
+    """Return an array of unknown values, (size,) NaN."""
     return np.full(size, np.nan)
 
 
 @dataclass(frozen=True)
 class Heading:
-    """What stands above the page, and which hand is drawn."""
+    """Title and features of the page."""
 
     title: str
-    """One line: which hand, by which command."""
+    """Title line: hand and command."""
     side: Side
     live: bool
-    """Whether frames come while it is looked at."""
+    """True for a live hand, False for a recording."""
     hands_on: bool = False
-    """Whether the page can do something to the hand, an emulated one that its program serves on a port."""
+    """True to show the controls of an emulated hand on a port."""
     asks: bool = False
-    """Whether the page asks the person at the hand, and has a button that stops it."""
+    """True to show questions to the person at the hand, and a Stop button."""
 
 
 @dataclass(frozen=True)
 class ViewFrame:
-    """One instant. Arrays over channels are in command order; NaN stands for what is not known."""
+    """State of a hand at one instant. Arrays over channels are in command order; NaN marks unknown values."""
 
     t: float
     """Time of the hand, s."""
     joints: Floats
     """Posture, (16,) rad, in the order of `Joint`."""
     commanded_joints: Floats = field(default_factory=lambda: unknown(len(Joint)))
-    """Posture at the shaft angles that are asked for, (16,) rad: seven cables do not tell sixteen joints, so it is the
-    present posture moved by what the actuation map makes of the rest of the way."""
+    """Posture at the commanded shaft angles, (16,) rad. Seven cables do not determine sixteen joints, so ground truth
+    is extrapolated: present posture plus the actuation map's change from measured to commanded angles."""
     commanded: Floats = field(default_factory=unknown)
-    """Shaft angles that are asked for, (7,) rad."""
+    """Commanded shaft angles, (7,) rad."""
     measured: Floats = field(default_factory=unknown)
-    """Shaft angles that the encoders say, (7,) rad."""
+    """Shaft angles by the encoders, (7,) rad."""
     window_percent: Floats = field(default_factory=unknown)
-    """What the hand was last told, by whomever, (7,) % of the command window; known of an emulated hand only."""
+    """Last command from any program, (7,) % of the command window; known for an emulated hand only."""
     currents: Floats = field(default_factory=unknown)
     """Motor currents, (7,) A, magnitude."""
     temperatures: Floats = field(default_factory=unknown)
-    """°C, (7,)."""
+    """Servo temperatures, (7,) °C."""
     tensions: Floats = field(default_factory=unknown)
-    """Cable tensions, (7,) N; known of an emulated hand only."""
+    """Cable tensions, (7,) N; known for an emulated hand only."""
     loose: Floats = field(default_factory=unknown)
-    """How much cable is loose, (7,) m; known of an emulated hand only."""
+    """Cable slack, (7,) m; known for an emulated hand only."""
 
 
 @dataclass(frozen=True)
 class Note:
-    """Something worth a line, at a time of the hand."""
+    """Event at a time of the hand."""
 
     t: float
     text: str
@@ -75,67 +75,67 @@ class Note:
 
 @dataclass(frozen=True)
 class Verdicts:
-    """What was found so far; replaces what was shown before."""
+    """Findings so far; replaces the earlier message."""
 
     passed: int
-    """Checks within their limits."""
+    """Number of checks within their limits."""
     failed: tuple[str, ...]
-    """One sentence for each check that is not."""
+    """Sentences on the failed checks."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """A question to the person at the hand; replaces the one before."""
+    """Question to the person at the hand; replaces the earlier question."""
 
     number: int
-    """Of the question, from 1; 0 where nothing is asked at present."""
+    """Number of the question, from 1; 0 withdraws the question."""
     text: str = ""
     labels: tuple[str, ...] = ()
-    """Of the answers to choose from; none for free text."""
+    """Labels of the possible answers; empty for free text."""
 
 
 @dataclass(frozen=True)
 class CaseStands:
-    """How a case stands; replaces what was shown before."""
+    """Status of a case; replaces the earlier message."""
 
     done: tuple[str, ...] = ()
-    """The steps so far, each with its outcome."""
+    """Finished steps with their outcomes."""
     do: str = ""
-    """What the next step is; empty once the case is closed."""
+    """Next step; empty in a closed case."""
     why: str = ""
     minutes: float = 0.0
     tool: str = ""
     channels: tuple[int, ...] = ()
     """Digits to be touched."""
     conclusion: str = ""
-    """Empty while the case is open."""
+    """Conclusion of the case; empty in an open case."""
 
 
 @dataclass(frozen=True)
 class Moving:
-    """What is about to move, and how far it is."""
+    """Announcement or progress of a motion."""
 
     text: str = ""
-    """Channels, time, and what stops it; empty for the text before."""
+    """Channels, duration and stop conditions; empty keeps the earlier text."""
     part: float = 0.0
-    """Finished part, 0 to 1."""
+    """Finished fraction, 0 to 1."""
     doing: str = ""
     left_s: float = 0.0
 
 
 @dataclass(frozen=True)
 class Told:
-    """A line for the person at the hand."""
+    """Text line for the person at the hand."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class ViewEnd:
-    """Nothing more comes."""
+    """Last message."""
 
     stay: bool
-    """Whether the page stays until a browser has looked at it."""
+    """True to serve the page until a browser has opened and closed it."""
 
 
 CaseMessage = Asked | CaseStands | Moving | Told
@@ -144,13 +144,13 @@ _KINDS: dict[str, Callable[..., Message]] = {
     one.__name__: one for one in (ViewFrame, Note, Verdicts, Asked, CaseStands, Moving, Told, ViewEnd)
 }
 STOP = "stop"
-"""Words of the button that stops the hand."""
+"""Text of the Stop button's command."""
 ANSWER = "answer"
-"""Begins the words of an answer: number of the question and the answer, as the terminal takes it."""
+"""First word of an answer; the question's number and the answer as typed on a terminal follow."""
 
 
 DO = "do"
-"""First word of the line in which the page's process says what a person does to the hand; a JSON string follows."""
+"""First word of a line from the page's process with a user command; a JSON string follows."""
 
 
 def line(sent: Message) -> str:
@@ -159,7 +159,7 @@ def line(sent: Message) -> str:
 
 
 def message(text: str) -> Message:
-    """Return what a line carries."""
+    """Parse a message from a line of JSON."""
     kind, fields = json.loads(text)
     if kind == ViewFrame.__name__:
         return ViewFrame(fields.pop("t"), **{name: np.array(value, float) for name, value in fields.items()})

@@ -1,4 +1,4 @@
-"""The tables beside the drawn hand, as HTML; whatever comes from a recording is escaped."""
+"""Tables beside the drawn hand, as HTML with all text escaped."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TEMPLATES = Environment(
 )
 THUMB_NAMES = {Channel.THUMB_ABDUCTION: "abduction", Channel.THUMB_CMC_FLEXION: "CMC", Channel.THUMB_FLEXOR: "flexor"}
 EXCURSION_RAD = ActuationMap().excursion_rad
-"""Ends of the bars, (7, 2) rad: the shaft angles that the joint box allows."""
+"""Ends of the bars, (7, 2) rad: range of shaft angles within the joint limits."""
 PULLEY: Rgb = (round(255 * PULLEY_RGBA[0]), round(255 * PULLEY_RGBA[1]), round(255 * PULLEY_RGBA[2]))
 DIGITS: tuple[tuple[Channel, tuple[int, int, int, int]], ...] = (
     (Channel.PINKY, (34, 62, 34, 20)),
@@ -33,9 +33,9 @@ DIGITS: tuple[tuple[Channel, tuple[int, int, int, int]], ...] = (
     (Channel.THUMB_CMC_FLEXION, (122, 96, 134, 82)),
     (Channel.THUMB_FLEXOR, (134, 82, 142, 62)),
 )
-"""Line of each channel on the map of a right hand, palm to the viewer: x and y of its ends, of 160 by 140."""
+"""Line of each channel on the map of a right hand, palm to the viewer: x, y of both ends, on a 160 by 140 canvas."""
 LAST_NOTES = 8
-"""Events that are shown, the newest last."""
+"""Number of events shown, the newest last."""
 
 
 def title(channel: Channel) -> str:
@@ -44,7 +44,7 @@ def title(channel: Channel) -> str:
 
 
 def head(heading: Heading) -> str:
-    """Return what the page has in its head: title, layout on a phone, names of the inputs for screen readers."""
+    """Return the page's head: title, layout on a phone, names of the inputs for screen readers."""
     return TEMPLATES.get_template("head.html").render(heading=heading)
 
 
@@ -65,29 +65,29 @@ def numbers(heading: Heading, frame: ViewFrame, state: str) -> str:
 
 
 def found(verdicts: Verdicts | None, notes: Sequence[Note]) -> str:
-    """Return findings and the last events."""
+    """Return the list of findings and of the last events."""
     return TEMPLATES.get_template("found.html").render(verdicts=verdicts, notes=notes[-LAST_NOTES:])
 
 
 def case(stands: CaseStands, side: Side) -> str:
-    """Return how a case stands, with a map of the hand that marks the digits to touch."""
+    """Return the status of a case, with a map of the hand that marks the digits to touch."""
     return TEMPLATES.get_template("case.html").render(
         case=stands, mirrored=side == "left", digits=DIGITS, touched=[Channel(one).title for one in stands.channels]
     )
 
 
 def moves(text: str) -> str:
-    """Return what will move."""
+    """Return the announcement of a motion."""
     return TEMPLATES.get_template("moves.html").render(text=text)
 
 
 def progress(moving: Moving) -> str:
-    """Return what the hand is doing, and the time left."""
+    """Return the progress of a motion, with the remaining time."""
     return TEMPLATES.get_template("progress.html").render(moving=moving)
 
 
 def question(text: str) -> str:
-    """Return a question."""
+    """Return the text of a question."""
     return TEMPLATES.get_template("question.html").render(text=text)
 
 
@@ -97,12 +97,12 @@ def lines(told: Sequence[str]) -> str:
 
 
 def described(fault: Fault) -> str:
-    """Return what a fault is, and its severities."""
+    """Return the description of a fault with its severities."""
     return TEMPLATES.get_template("fault.html").render(words=fault.words, severities=severities(fault))
 
 
 def _row(frame: ViewFrame, channel: Channel) -> dict[str, object]:
-    """Return what the table has of one channel; None for what is not known, and `colour` of its cable."""
+    """Return the table's cells of one channel, None for unknown values, and the `colour` of its cable."""
     loose = float(frame.loose[channel])
     slack = cable_colour(loose) == SLACK
     low, high = EXCURSION_RAD[channel]

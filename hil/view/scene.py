@@ -1,4 +1,4 @@
-"""The drawn hand: the links of the model, its cables, and the bones of the commanded posture."""
+"""3D scene of the page: links of the model, cables, and bones of the commanded posture."""
 
 from __future__ import annotations
 
@@ -20,36 +20,36 @@ from model.geometry.winding import SPOOL_RADIUS
 
 Rgb = tuple[int, int, int]
 TAUT, SLACK, UNSEEN, OTHER, COMMANDED = (214, 69, 32), (38, 110, 214), (120, 120, 128), (196, 190, 176), (140, 60, 200)
-"""Colours of a taut and a slack cable, of one that nothing is known of, of springs and couplings, of the commanded
-posture. Red and blue stay apart for the colour-blind."""
+"""Colours of: taut cable, slack cable, cable of unknown tension, springs and couplings, commanded posture. Red and
+blue are distinguishable for the colour-blind."""
 JUST_LOOSE_M = 2.0 * math.pi * SPOOL_RADIUS / COUNTS_PER_TURN
-"""A cable is shown slack from here on: one count of its servo's encoder, 14 µm, which is the least that winds it in."""
+"""Threshold of cable slack, m; above it the cable is drawn slack. Source: one encoder count on the spool, 14 µm."""
 CABLE_M = 3.0 * CABLE_WIDTH
-"""Drawn diameter of a cable, half as much again as in pictures of the model."""
+"""Drawn diameter of a cable, m: 1.5 times that in pictures of the model."""
 CABLE_POINTS = 16
-"""Points to which each path is filled up, so that the number of pieces never changes: two for each of its pulleys."""
+"""Points a cable path is padded to, two a pulley, so that the number of segments is constant."""
 STILL_M = 1e-5
-"""Motion of a cable that is not worth sending, m."""
+"""Threshold of cable motion, m; below it no update is sent."""
 COMMANDED_OPACITY, PAD_OPACITY = 0.45, 0.22
-"""Opacity of the commanded bones, and of pads, through which the cables have to be seen."""
+"""Opacity of the commanded bones, and of the pads above the cables."""
 COMMANDED_THICKNESS = 0.8
-"""Thickness of a commanded bone, which so vanishes in the bone that is where it should be."""
+"""Relative thickness of a commanded bone, which is hidden inside the true bone if both postures agree."""
 UP, FIELD_OF_VIEW_RAD = (1.0, 0.0, 0.0), 0.62
 WIDE = np.array([(0.05, -0.24, 0.40), (0.088, -0.018, 0.0)])
-"""Camera and the point that it looks at, m: over the palm of a right hand from its thumb's side, fingers up."""
+"""Camera position and target on a landscape page, m: above the palm of a right hand, thumb side, fingers up."""
 NARROW = np.array([(-0.04, -0.37, 0.72), (-0.04, -0.018, 0.0)])
-"""The same on a page that is higher than wide, whose lower 60 % viser covers with the panel."""
+"""Camera position and target on a portrait page, m; viser covers its lower 60 % with the panel."""
 
 
 def cable_colour(loose_m: float) -> Rgb:
-    """Return the colour of a cable with this much of it loose, m; NaN when nobody knows."""
+    """Return the colour of a cable by its slack, m (NaN: unknown)."""
     if math.isnan(loose_m):
         return UNSEEN
     return SLACK if loose_m >= JUST_LOOSE_M else TAUT
 
 
 class DrawnHand:
-    """A hand on the page, with the bones of the commanded posture in it."""
+    """Hand on the page, overlaid with the bones of the commanded posture."""
 
     def __init__(self, server: viser.ViserServer, side: Side) -> None:
         self._server, self._mirror = server, np.array([1.0, 1.0 if side == "right" else -1.0, 1.0])
@@ -65,7 +65,7 @@ class DrawnHand:
         self._cables = server.scene.add_line_segments("/cables", points, colours, thickness=CABLE_M)
 
     def pose(self, joints: Floats, commanded: Floats, loose: Floats) -> None:
-        """Show a posture, (16,) rad, the commanded one, (16,) rad or NaN, and the cables, (7,) m loose or NaN."""
+        """Show the posture, (16,) rad, the commanded posture, (16,) rad or NaN, and the slack, (7,) m or NaN."""
         known = bool(np.isfinite(commanded).all())
         self._hand.pose(joints)
         if known:
@@ -88,7 +88,7 @@ class DrawnHand:
             client.camera.position, client.camera.look_at = NARROW * self._mirror
 
     def _draw(self, root: str, hand: PosedHand, *, only_bones: bool = False) -> dict[str, viser.FrameHandle]:
-        """Draw a hand below one frame a body, and return these frames."""
+        """Draw a hand with one frame a body, and return the frames by body."""
         parts = [part for part in hand.parts() if part.is_bone or not only_bones]
         names = dict.fromkeys(part.body for part in parts)
         frames = {body: self._server.scene.add_frame(f"/{root}/{body}", show_axes=False) for body in names}
@@ -115,7 +115,7 @@ class DrawnHand:
             self._server.scene.add_icosphere(name, radius, subdivisions=2, **look)
 
     def _cable_pieces(self, loose: Floats) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-        """Return the straight pieces of all cables and springs, (n, 2, 3) m, and their colours, (n, 2, 3)."""
+        """Return the line segments of all cables and springs, (n, 2, 3) m, and their colours, (n, 2, 3)."""
         points, colours = [], []
         for channel, path in self._hand.paths():
             filled = np.pad(path, ((0, CABLE_POINTS - len(path)), (0, 0)), mode="edge")
@@ -126,5 +126,5 @@ class DrawnHand:
 
 
 def _linear(colour: Iterable[int]) -> list[float]:
-    """Return a colour as linear light, which is what viser 1.1 takes the colours of single pieces of a line for."""
+    """Return a colour as linear light, 0 to 255, as viser 1.1 interprets the colours of line segments."""
     return [255.0 * (value / 255.0) ** 2.2 for value in colour]

@@ -1,7 +1,7 @@
-"""Where the page's frames come from: the truth behind an emulated hand, or the bytes that cross the link to any hand.
+"""Sources of the page's frames: ground truth of an emulated hand, or the bytes on the link to any hand.
 
-A source is looked at from a thread of its own while the hand is driven. It reads and never asks: no byte, no step of
-the physics and no turn of the clock is there because somebody looks.
+A source is sampled in a separate thread while the hand is driven. Sampling is passive: it sends no bytes, and steps
+neither physics nor clock.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ from hil.view.frame import Floats, ViewFrame, unknown
 from model import BuiltHandPlant
 
 FRAMES_PER_S = 30.0
-"""Frames that are taken a second: of a hand that is watched, of real time; of a recording, of the hand's."""
+"""Frame rate, Hz: in real time for a live hand, in recorded time for a recording."""
 
 
 class Source(Protocol):
-    """Something that can be looked at."""
+    """Source of frames for the page."""
 
     def frame(self) -> ViewFrame | None:
-        """Return the present instant, None while nothing is known."""
+        """Return the present frame, or None before the first data."""
         ...
 
 
 class EmulatedSource:
-    """An emulated hand in this process: true posture and cables, and what the servos' registers say."""
+    """Emulated hand in this process: true posture and cables, and the servos' registers."""
 
     def __init__(self, electronics: EmulatedHand, plant: BuiltHandPlant, codec: ActuationMap) -> None:
         self._electronics, self._plant, self._codec = electronics, plant, codec
 
     def frame(self) -> ViewFrame:
-        """Return the present instant."""
+        """Return the present frame."""
         seen = self._plant.glimpse()
         commanded, measured, currents, temperatures = (unknown() for _ in range(4))
         for i, servo in enumerate(self._electronics.servos):
@@ -55,7 +55,8 @@ class EmulatedSource:
             measured[shaft] = angle(registers.get("present_position"))
             currents[shaft] = abs(registers.get("present_current")) * CURRENT_UNIT_MA / 1000.0
             temperatures[shaft] = registers.get("present_temperature")
-        # Seven cables do not tell sixteen joints: the rest of the way is the map's, the posture so far the hand's own.
+        # Seven cables do not determine sixteen joints, so the map's change from measured to commanded angles is added
+        # to the true posture.
         joints = seen.joints + _posture(self._codec, commanded) - _posture(self._codec, measured)
         words = self._electronics.commanded_words()
         percent = np.array([words[WIRE_ORDER.index(channel)] for channel in Channel]) * (100.0 / MAX_CODE)
@@ -64,16 +65,16 @@ class EmulatedSource:
 
 
 class WireSource:
-    """Any hand, by the frames on its link: what it was last asked for and what it last said."""
+    """Hand of any kind, observed by the latest commands and replies on its link."""
 
     def __init__(self, codec: ActuationMap) -> None:
         self._codec = codec
         self._reply = b""
         self._last: dict[int, WireRecord] = {}
-        """The last frame of each kind, by its opcode."""
+        """Latest frame by opcode."""
 
     def take(self, record: WireRecord) -> None:
-        """Take bytes that cross the link, in order; called by the thread that drives the hand."""
+        """Process bytes that cross the link, in order; called by the thread that drives the hand."""
         if record.direction == "to_hand":
             self._reply = b""
             taken = record.data[:1] in (bytes([Opcode.CTRL_POS]), bytes([Opcode.CTRL_TOR]))
@@ -86,7 +87,7 @@ class WireSource:
             self._last[record.data[0]] = record
 
     def frame(self) -> ViewFrame | None:
-        """Return the present instant; the posture is what the actuation map makes of the encoders."""
+        """Return the present frame, with the posture by the actuation map from the encoder angles."""
         last = dict(self._last)
         if Opcode.GET_POS not in last:
             return None
@@ -108,7 +109,7 @@ class WireSource:
 
 
 def source_of(target: Target) -> Source:
-    """Return what can be seen of a target; of one behind a port, from now on."""
+    """Return the frame source of a target: ground truth if available, else its link from now on."""
     if (truth := target.find(GroundTruth)) is not None:
         return EmulatedSource(truth.electronics, truth.plant, target.map)
     source = WireSource(target.map)
@@ -117,13 +118,13 @@ def source_of(target: Target) -> Source:
 
 
 def frames(recording: Recording) -> list[ViewFrame]:
-    """Return the frames of a recording, in the order of their time, at most `FRAMES_PER_S`.
+    """Return the frames of a recording in order of time, at most `FRAMES_PER_S`.
 
     Raises:
-        UnusableFileError: no position was read while it was made, or its coefficients are not shipped.
+        UnusableFileError: the recording has no position reading, or its map's coefficients are not shipped.
     """
     header = recording.header
-    if header.map not in SHIPPED:  # a file that a recording names is not opened
+    if header.map not in SHIPPED:  # a file path in a recording is untrusted and not opened
         raise UnusableFileError(f"it was made with the coefficients {header.map!r}; shipped are {', '.join(SHIPPED)}")
     codec = ActuationMap.for_firmware(header.firmware, header.window, hand=header.hand, coefficients=header.map)
     source = WireSource(codec)
@@ -141,12 +142,12 @@ def frames(recording: Recording) -> list[ViewFrame]:
 
 
 def _posture(codec: ActuationMap, angles: Floats) -> Floats:
-    """Return the joints, (16,) rad, that the map gives shaft angles (7,); unknown when one of them is."""
+    """Return the joint angles, (16,) rad, by the map from shaft angles, (7,) rad; all NaN if any angle is NaN."""
     if not np.isfinite(angles).all():
         return unknown(len(Joint))
     return np.asarray(codec.joints_from_compact(codec.compact_from_travel(codec.travel_from_angles(angles))))
 
 
 def _within_stops(joints: Floats) -> Floats:
-    """Return joints, (16,) rad, no further than they go; a shaft may go on, and its cable is then loose."""
+    """Return joint angles, (16,) rad, clipped to their limits; a shaft beyond its limit only slackens the cable."""
     return np.clip(joints, *JOINT_BOX_RAD.T)

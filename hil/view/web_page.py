@@ -1,4 +1,4 @@
-"""The page: the drawn hand, the tables beside it, two plots, and a time line over all frames that were seen."""
+"""Page with the drawn hand, tables, two plots, and a time line over the received frames."""
 
 from __future__ import annotations
 
@@ -24,32 +24,32 @@ from hil.view.scene import DrawnHand
 
 HOST = "127.0.0.1"
 PORT = 8700
-"""The first one that is tried; the next free one is taken."""
+"""First port to try; the next free one is used."""
 KEPT = 20_000
-"""Frames of a live page that the time line goes back over: eleven minutes."""
+"""Number of frames stored by a live page: eleven minutes of time line."""
 DRAWN_HZ, TOLD_HZ = 30.0, 8.0
-"""How often the hand is drawn, and how often tables and plots are."""
+"""Update rate of the drawn hand, and of tables and plots."""
 PLOTTED_S, PLOTTED = 10.0, 300
-"""Time and points of a plot."""
+"""Time span, s, and number of points of a plot."""
 ANGLE_COLOURS = {"commanded": "#8c3cc8", "measured": "#333355"}
 CHANNEL_COLOURS = ("#2266aa", "#cc3333", "#339933", "#bb6600", "#883388", "#008888", "#555555")
 PANEL_PX, PLOT_PX = 500, 180
 AXIS_PX = 60
-"""Width of an axis that has room for "-100.0"."""
+"""Width of an axis with labels up to "-100.0"."""
 
 Mode = Literal["Play", "Pause", "Live"]
 
 
 class Page:
-    """A page that is served from this process until `close`."""
+    """Page served by this process until `close`."""
 
     def __init__(
         self, heading: Heading, port: int = PORT, *, on_words: Callable[[str], object] = lambda _words: None
     ) -> None:
-        """Serve an empty page on the loopback address; `on_words` takes what a person does to the hand.
+        """Serve an empty page on the loopback address; `on_words` receives user commands.
 
         Raises:
-            RuntimeError: the page would not be guarded by its token.
+            RuntimeError: the server would not check the page's token.
         """
         self._heading, self._on_words = heading, on_words
         self._controls: Controls | None = None
@@ -64,21 +64,21 @@ class Page:
         self._shown: tuple[object, ...] = ()
         self._ticked = self._told = time.monotonic()
         token = new_token()
-        # viser prints an address without the token.
+        # Output is suppressed, because viser prints an address without the token.
         with guarding(token, panel.head(heading)), redirect_stdout(StringIO()):
             self._server = viser.ViserServer(HOST, port, label="Aero Hand", verbose=False)
         self.url = f"http://{HOST}:{self._server.get_port()}/{token}"
-        """Address to open, with the token."""
+        """Address of the page, with the token."""
         self._hand = DrawnHand(self._server, heading.side)
         self._build()
 
     @property
     def viewers(self) -> int:
-        """Number of browsers that show the page now."""
+        """Number of connected browsers."""
         return len(self._server.get_clients())
 
     def show(self, message: Message) -> None:
-        """Take a message; frames come in the order of their time."""
+        """Process a message; frames must arrive in order of time."""
         match message:
             case ViewFrame():
                 self._frames.append(message)
@@ -97,7 +97,7 @@ class Page:
             self._server.stop()
 
     def tick(self) -> None:
-        """Bring the page up to date, `DRAWN_HZ` times a second: waits until the next time is due."""
+        """Wait for the next update at `DRAWN_HZ`, then update the page."""
         time.sleep(max(0.0, self._ticked + 1.0 / DRAWN_HZ - time.monotonic()))
         now = time.monotonic()
         passed, self._ticked = now - self._ticked, now
@@ -119,7 +119,7 @@ class Page:
             self._tell(frame)
 
     def _index(self, t: float) -> int:
-        """Return the last frame that is not later than `t`."""
+        """Return the index of the last frame at or before `t`, s."""
         return max(bisect_right(self._frames, t, key=lambda frame: frame.t) - 1, 0)
 
     def _build(self) -> None:
@@ -144,7 +144,7 @@ class Page:
         self._buttons.on_click(self._pressed)
 
     def _plot(self, title: str, lines: dict[str, str]) -> viser.GuiUplotHandle:
-        """Add a plot over the hand's time with a line for each name and colour."""
+        """Add a plot over hand time; `lines` maps names to colours."""
         series = [uplot.Series(label="s"), *(uplot.Series(label=n, stroke=c, width=2) for n, c in lines.items())]
         nothing = tuple(np.zeros((len(series), 1)))
         scales = {"x": uplot.Scale(time=False)}
@@ -152,7 +152,7 @@ class Page:
         return self._server.gui.add_uplot(nothing, tuple(series), scales=scales, axes=axes, title=title, height=PLOT_PX)
 
     def _tell(self, frame: ViewFrame) -> None:
-        """Bring up to date what is read and not watched, where anything is new."""
+        """Update tables, controls and plots if any of their inputs changed."""
         first, last = round(self._frames[0].t, 2), round(self._frames[-1].t, 2)
         shown = frame.t, first, last, self._mode, self._ended, len(self._notes), self._verdicts, self._channel.value
         if shown == self._shown:
@@ -167,7 +167,7 @@ class Page:
         if last > first:
             self._time.min, self._time.max = first, last
         if self._mode != "Pause":
-            # mypy does not see a setter that stands apart from its getter.
+            # mypy does not see a setter that is defined apart from its getter.
             self._time.value = round(frame.t, 2)  # type: ignore[misc]
         begin, end = self._index(frame.t - PLOTTED_S), self._index(frame.t) + 1
         plotted = [self._frames[i] for i in range(begin, end, max((end - begin) // PLOTTED, 1))]
@@ -177,7 +177,7 @@ class Page:
         self._currents.data = (times, *np.array([one.currents for one in plotted]).T)
 
     def _moved(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
-        if event.client is not None:  # a person, and not the page itself
+        if event.client is not None:  # moved by a user, not by the page itself
             self._mode, self._cursor_s = "Pause", float(event.target.value)
 
     def _pressed(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
