@@ -106,7 +106,7 @@ class Bench(Plant):
         self._angles[shaft], self._speeds[shaft] = angle, speed
 
     def drive(self, shaft: int, drive: Drive) -> None:
-        """Replace the drive of one shaft from now on."""
+        """Replace the drive of one shaft."""
         self._drives[shaft] = drive
         self._setpoints[shaft] = drive.setpoint
 

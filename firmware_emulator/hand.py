@@ -25,9 +25,9 @@ from firmware_emulator.uart_master import UartMaster
 Start = Literal["homed", "power_on", "reset", "bare"]
 
 TRANSMIT_RING = 256
-"""Bytes buffered for a host that does not read: the most recent ones ..."""
+"""Size of the transmit ring, bytes; keeps the most recent bytes for a host that does not read."""
 TRANSMIT_FIFO = 64
-"""... after the first ones, already in the FIFO of the USB hardware. Source: arduino-esp32 HWCDC."""
+"""Size of the USB hardware FIFO, bytes; keeps the first unread bytes. Source: arduino-esp32 HWCDC."""
 SETTLE_S = 1.0
 """Settling time after homing, before the first command to a hand that starts homed, s."""
 

@@ -54,11 +54,11 @@ class ShaftState(NamedTuple):
     """State of the shafts at one instant, in command order; treat the lists as read-only."""
 
     angles: list[float]
-    """rad."""
+    """Angles, rad."""
     speeds: list[float]
-    """rad/s."""
+    """Speeds, rad/s."""
     efforts: list[float]
-    """N m."""
+    """Efforts before back-EMF, N m."""
 
 
 class Plant(Protocol):
@@ -74,7 +74,7 @@ class Plant(Protocol):
         ...
 
     def drive(self, shaft: int, drive: Drive) -> None:
-        """Replace the drive of one shaft, counted from 0, from now on."""
+        """Replace the drive of one shaft; indices start at 0."""
         ...
 
     def set_setpoint(self, shaft: int, setpoint: float) -> None:

@@ -50,7 +50,7 @@ class TorqueState:
     commanded: list[int] = field(default_factory=lambda: [0] * CHANNELS)
     """Signed torque of the last command, register units."""
     outside: list[bool] = field(default_factory=lambda: [False] * CHANNELS)
-    """Whether the soft limit has seen the channel outside its window."""
+    """Whether the last soft-limit check found the channel outside its window."""
     next_look_ms: int = 0
     """Time of the next soft-limit check, ms."""
 

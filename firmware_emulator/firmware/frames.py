@@ -78,6 +78,6 @@ def to_host(position_word: int, extend: int, grasp: int) -> int:
     product = (position_word - extend) * FULL
     if not -0x80000000 <= product <= 0x7FFFFFFF:
         product = (product + 0x80000000 & 0xFFFFFFFF) - 0x80000000
-    # Exact: quotients of this magnitude differ from whole numbers by more than the resolution of a double.
+    # Exact: non-integer quotients of this magnitude differ from integers by more than the resolution of a double.
     word = int(product / (grasp - extend))
     return word if 0 <= word <= FULL else 0 if word < 0 else FULL

@@ -158,7 +158,7 @@ class LoopSettings(NamedTuple):
 
     @property
     def has_dead_zone(self) -> bool:
-        """Whether small errors are ignored; the fitted gains include the factory's 1 count (assumption)."""
+        """Whether small errors are ignored; the factory's dead zone is part of the fitted gains (assumption)."""
         return max(self.dead_zone) > FACTORY_DEAD_ZONE
 
     def ignores(self, error: float) -> bool:

@@ -74,7 +74,7 @@ class RegisterFile:
         for first, stop in spans:
             self.bytes[first:stop] = data[first - address : stop - address]
         for register, low, high in registers:
-            # Words within the range need no clipping; the word of a negative value is never within.
+            # Fast path: words within the range need no clipping. Words of negative values always take the slow path.
             if not register.low <= self.bytes[low] | (self.bytes[high] << 8 if high else 0) <= register.high:
                 self._store(self.bytes, register, self._bounded(register))
             if register.address < EEPROM_END:

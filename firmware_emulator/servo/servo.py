@@ -51,7 +51,7 @@ class Servo:
         self.parameters = parameters
         self.silent_until = -1.0
         model = self.model
-        # Writes to these addresses enable the torque, as the firmware never does (assumption).
+        # Writes to these addresses enable the torque; the firmware never enables it explicitly (assumption).
         self._goal = model.span("goal_position", "goal_speed")
         # Start of a whole-goal write; an immediate repetition of such a write has no effect.
         self._goal_block = model.places["acceleration"].address
@@ -183,7 +183,7 @@ class Servo:
         self._reframe()
 
     def _reframe(self) -> None:
-        """Reapply the goal (counts) after a change of the angle that its counts refer to."""
+        """Reapply the goal after a change of the conversion between counts and angles."""
         self.feedback.invalidate()
         self._last_goal = None
         self._motion = None

@@ -25,7 +25,7 @@ class Sample(NamedTuple):
     speeds: list[float]
     """Speeds, rad/s."""
     efforts: list[float]
-    """Efforts, N m."""
+    """Efforts before back-EMF, N m."""
 
 
 class Shafts:

@@ -29,7 +29,7 @@ from hil.cli.output import echo as print_line
     help="Take orders from standard input and answer each: hold, silence, heat, peek ...",
 )
 def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool, seed: int, orders: bool) -> None:
-    """Serve the servos of ROBOT, a TOML file, until it is interrupted.
+    """Serve the servos of ROBOT, a TOML file, until interrupted.
 
     Prints one line `ready PATH` when a client may open PATH.
     """

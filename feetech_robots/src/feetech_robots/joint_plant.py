@@ -171,7 +171,7 @@ class JointPlant(Plant):
         )
 
     def drive(self, shaft: int, drive: Drive) -> None:
-        """Replace the drive of one shaft from now on.
+        """Replace the drive of one shaft.
 
         Raises:
             IndexError: `shaft` is out of range.

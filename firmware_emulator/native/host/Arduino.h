@@ -1,5 +1,5 @@
-// The part of arduino-esp32 that firmware for the hand uses, on the emulated board. What is here acts as on the chip;
-// what is not does not compile, or stops the program with its name.
+// Part of arduino-esp32 used by firmware for the hand, on the emulated board. Supported functions act as on the chip;
+// others do not compile, or stop the program with a message.
 #pragma once
 
 #define AERO_EMULATED_BOARD 1

@@ -1,4 +1,4 @@
-// The EEPROM library is missing; Preferences is here. Using it stops the program with its name.
+// The EEPROM library is not supported (Preferences is): any use stops the program with a message.
 #pragma once
 
 #include "scheduler.h"

@@ -1,4 +1,4 @@
-// Stored settings. Whole numbers are kept; other types are missing.
+// Stored settings; integers only.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// SPI is missing: using it stops the program with its name.
+// SPI is not supported: any use stops the program with a message.
 #pragma once
 
 #include "scheduler.h"

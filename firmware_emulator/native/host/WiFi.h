@@ -1,4 +1,4 @@
-// There is no radio: using it stops the program with its name.
+// No radio: any use stops the program with a message.
 #pragma once
 
 #include "scheduler.h"

@@ -1,4 +1,4 @@
-// I2C: included by the firmware, never used. Using it stops the program with its name.
+// I2C: included by the firmware, but unused. Any use stops the program with a message.
 #pragma once
 
 #include "scheduler.h"

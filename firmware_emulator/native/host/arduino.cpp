@@ -39,7 +39,7 @@ int64_t esp_timer_get_time() {
 void delay(uint32_t milliseconds) { vTaskDelay(pdMS_TO_TICKS(milliseconds)); }
 
 void delayMicroseconds(uint32_t microseconds) {
-  // A busy wait on the chip; here time stands while code runs, and whole milliseconds of it can be let pass.
+  // A busy wait on the chip. Here running code takes no time, so whole milliseconds are waited instead.
   board::did("delayMicroseconds()");
   if (microseconds >= 1000) board::block(nullptr, board::now_ms() + microseconds / 1000);
 }

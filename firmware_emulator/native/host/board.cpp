@@ -1,4 +1,4 @@
-// The whole host board as one unit, which compiles three times as fast as its parts.
+// Host board as one compilation unit, which compiles three times as fast as separate units.
 #include "arduino.cpp"
 #include "freertos.cpp"
 #include "main.cpp"

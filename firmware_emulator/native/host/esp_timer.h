@@ -1,4 +1,4 @@
-// The chip's microsecond counter; its timers are missing.
+// Microsecond counter of the chip; timers are not supported.
 #pragma once
 
 #include <cstdint>

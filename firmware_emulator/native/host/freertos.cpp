@@ -36,7 +36,7 @@ namespace {
 
 int64_t deadline(TickType_t ticks) { return ticks == portMAX_DELAY ? NEVER : now_ms() + ticks; }
 
-// Waits on `what` until `free` holds or the time is over; returns whether it holds.
+// Waits on `what` until `free()` or a time-out; returns the last value of `free()`.
 template <typename Free> bool wait_until(const char* call, const void* what, TickType_t ticks, Free free) {
   polled_clock(call);
   int64_t until = deadline(ticks);
@@ -211,7 +211,7 @@ UBaseType_t uxQueueMessagesWaiting(QueueHandle_t queue) {
 }
 void vQueueDelete(QueueHandle_t queue) { delete queue; }
 
-// Timers, served by a task of their own
+// Timers, served by a separate task
 
 TimerHandle_t xTimerCreate(const char*, TickType_t period, BaseType_t repeats, void* id, TimerCallbackFunction_t callback) {
   if (!timer_task) timer_task = start("Tmr Svc", 1, serve_timers);

@@ -1,4 +1,4 @@
-// What arduino-esp32's own main does: `setup` once and `loop` for ever, in the task `loopTask`.
+// Main of arduino-esp32: `setup` once and `loop` forever, in the task `loopTask`.
 #include "Arduino.h"
 #include "scheduler.h"
 #include "wire.h"

@@ -1,4 +1,4 @@
-// String and Print, as far as sketches use them.
+// The parts of String and Print used by sketches.
 #pragma once
 
 #include <cstdarg>

@@ -50,7 +50,7 @@ int64_t next_wake() {
   return wake;
 }
 
-// Lets the kernel move time. At the new instant the tick's tasks run before those that only poll.
+// Lets the kernel advance time. At the new instant, tasks due at the tick run before polling ones.
 void idle() {
   wire::exchange(next_wake());
   std::vector<Task*> due, spinning;
@@ -67,7 +67,7 @@ void idle() {
   for (Task* task : spinning) make_ready(task);
 }
 
-// Hands the baton to whoever is next; returns when the caller is.
+// Passes control to the next task; returns when the caller is scheduled again.
 void reschedule(std::unique_lock<std::mutex>& held, Task* self) {
   Task* next;
   while (!(next = most_important())) idle();

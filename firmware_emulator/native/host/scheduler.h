@@ -1,8 +1,7 @@
-// Tasks on virtual time. One of them runs at a time and code costs nothing: time moves only when all of them wait.
+// Tasks on virtual time. One task runs at a time and code takes no time: time advances only when all tasks wait.
 //
-// A task that polls (reads an empty queue, looks at the clock) and finds nothing new again and again "spins". After
-// SPIN_POLLS such calls at one instant it is put aside until bytes arrive or the next millisecond begins, which is what
-// a polling loop on the real chip sees too.
+// A task that polls repeatedly (empty queue, clock) without news "spins". After SPIN_POLLS such calls at one instant
+// the task is suspended until bytes arrive or the next millisecond begins, as seen by a polling loop on the real chip.
 #pragma once
 
 #include <condition_variable>
@@ -39,9 +38,9 @@ void end(Task* task);
 void suspend(Task* task);
 void resume(Task* task);
 
-// Waits until `wake_ms` or until somebody wakes `on`; returns whether the latter.
+// Waits until `wake_ms` or until another task wakes `on`; returns whether woken.
 bool block(const void* on, int64_t wake_ms);
-// Wakes the most important task that waits on `on`; a more important one than the caller runs at once.
+// Wakes the highest-priority task waiting on `on`; if above the caller's priority, that task runs at once.
 void wake_one(const void* on);
 void yield_to_equals();
 

@@ -31,7 +31,7 @@ size_t HardwareSerial::write(const uint8_t* data, size_t size) {
 }
 
 void HardwareSerial::look() {
-  // The firmware's servo library empties the queue before each packet, so that this is where the one before it ends.
+  // The firmware's servo library empties the queue before each packet, which marks the end of the previous packet.
   if (kind_ == wire::SERVOS) wire::end_of_packet();
   board::polled_input(name_);
 }

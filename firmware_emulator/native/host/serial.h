@@ -1,4 +1,4 @@
-// The USB port to the host and the UART to the servos.
+// USB port to the host and UART to the servos.
 #pragma once
 
 #include <deque>
@@ -21,7 +21,7 @@ class Stream : public Print {
   unsigned long timeout_ms_ = 1000;
 };
 
-// One port. What arrives beyond its queue is dropped, as by the drivers of arduino-esp32.
+// One port. Bytes beyond the queue size are dropped, as by the drivers of arduino-esp32.
 class HardwareSerial : public Stream {
  public:
   HardwareSerial(const char* name, char kind, size_t queue) : name_(name), kind_(kind), queue_(queue) {}

@@ -1,4 +1,4 @@
-// The non-volatile storage: whole numbers by `namespace/key`, kept by the kernel over resets.
+// Non-volatile storage: integers by `namespace/key`, kept by the kernel across resets.
 #pragma once
 
 #include <string>

@@ -18,7 +18,7 @@ std::string outgoing;
 size_t packet = std::string::npos;   // where the record of the present servo packet begins
 int to_kernel = -1;
 
-// The kernel is gone. Nothing is taken apart, since other tasks stand where they are.
+// The kernel has disconnected. Exit without destructors, because other tasks are still blocked.
 [[noreturn]] void leave() {
   if (__gcov_dump) __gcov_dump();
   _exit(0);

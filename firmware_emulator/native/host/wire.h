@@ -1,6 +1,6 @@
-// The conversation with the kernel that owns time: "all my tasks wait until T, and this is what I sent" goes out,
-// "now it is T, and this has arrived" comes in. Little-endian; both ways a length (u32), a time (i64) and records, each
-// of a letter, a length (u32) and bytes.
+// Protocol with the kernel, which owns time. Output: next wake-up time of all tasks and transmitted bytes. Input:
+// present time and received bytes. Both little-endian: length (u32), time (i64) and records, each of a letter, a length
+// (u32) and bytes.
 #pragma once
 
 #include <cstdint>

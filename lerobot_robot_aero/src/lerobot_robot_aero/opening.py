@@ -28,7 +28,7 @@ def spec_of(chosen: ChosenHandConfig) -> HandSpec:
 
 @contextmanager
 def opened(chosen: ChosenHandConfig, *, guarded: bool) -> Iterator[Target]:
-    """Open a hand in real time; an emulated one runs in a separate process, which ignores Ctrl-C.
+    """Open a hand in real time; an emulated one runs in a separate process, shielded from Ctrl-C.
 
     A fault without effect only causes a warning, because the length of a data set is unknown in advance.
 

@@ -18,7 +18,7 @@ typedef unsigned UBaseType_t;
 #define tskIDLE_PRIORITY 0
 #define tskNO_AFFINITY 0x7fffffff
 
-// One task runs at a time and none is interrupted, so that a critical section has nothing to do.
+// One task runs at a time without preemption, so critical sections are empty.
 typedef int portMUX_TYPE;
 #define portMUX_INITIALIZER_UNLOCKED 0
 #define portENTER_CRITICAL(mux) ((void)(mux))
