@@ -1,10 +1,10 @@
-"""The checks: each folder here with a `checks.toml` is one.
+"""Checks: each folder here with a `checks.toml` is one.
 
-In `check.py`, `run` moves a hand and leaves a recording, `measure` turns the recording into numbers, and `details`,
-where there is one, says more about them on the page. `checks.toml` says what each number means (`shared/declaration.py`
-explains the file). A new check is a new folder; nothing else has to know it. A check may have another plan, under
-`[plan.NAME]` and in `NAME.py`, which moves the hand otherwise and measures some of the same. `session`, `driver` and
-`alike` have no `run`: they are measured on what the whole run left.
+In `check.py`, `run` moves a hand and records it, `measure` turns the recording into numbers, and the optional `details`
+adds a table to the page. `checks.toml` defines each number (format: `shared/declaration.py`). A new check is a new
+folder; it needs no registration. A check may have another plan, under `[plan.NAME]` and in `NAME.py`, which moves the
+hand differently and measures some of the metrics. `session`, `driver` and `alike` have no `run`: they are measured on
+the recordings of the whole run.
 """
 
 import tomllib
@@ -26,7 +26,7 @@ def _read(folder: Traversable) -> Iterator[Measuring]:
     for plan, declared in plans.items():
         names = declared.pop("metrics", [row["name"] for row in rows])
         metrics = _metrics(plan, [row for row in rows if row["name"] in names])
-        # What stands beside the paper and a baseline is the check's own.
+        # The comparison with paper and baseline belongs to the main plan.
         bare = [replace(one, column=None, paper={}, published=(), worse=None, worst_at="") for one in metrics]
         yield _measuring(plan, f"{name}.{plan}", bare, declared)
 
@@ -52,20 +52,20 @@ EXPERIMENTS: dict[str, Experiment] = {
     found.name: found
     for found in sorted((found for found in _FOUND if isinstance(found, Experiment)), key=lambda found: found.rank)
 }
-"""By name, in the order in which a hand goes through them."""
+"""Experiments by name, in run order."""
 DEFAULT = tuple(name for name, experiment in EXPERIMENTS.items() if experiment.by_default)
-"""Run unless others are asked for."""
+"""Experiments of a run without a selection."""
 _WHOLE = {found.name: found for found in _FOUND if not isinstance(found, Experiment)}
 WHOLE_RUN = _WHOLE["session"]
-"""Measured on every byte since the hand was opened."""
+"""Check of all bytes since the hand was opened."""
 DRIVER = _WHOLE["driver"]
-"""Measured on the recording of each experiment, of which the worst counts."""
+"""Check of each experiment's recording; the worst result counts."""
 ALIKE = _WHOLE["alike"]
-"""Measured on the readings of all experiments."""
+"""Check of the readings of all experiments together."""
 JUDGED: dict[str, Measuring] = {**EXPERIMENTS, **{found.name: found for found in (WHOLE_RUN, DRIVER, ALIKE)}}
-"""Everything that limits can be set on: the experiments, and the run as a whole."""
+"""Everything with limits: the experiments, and the checks of the whole run."""
 CHECKS = tuple(check for found in JUDGED.values() for metric in found.metrics for check in metric.checks)
-"""Every bound, in the order of the limits."""
+"""All bounds, in the order of the limits."""
 
 __all__ = [
     "ALIKE",

@@ -1,7 +1,7 @@
-"""Alike: what the servos of one hand have in common.
+"""Alike: comparison of the servos of one hand.
 
-They stand in one room, so they differ less from each other than hands do. It is no experiment of its own: it is
-measured on the readings of the others.
+The servos are in the same room, so they differ less among each other than between hands. Not an experiment: measured on
+the readings of the other experiments.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from hil.checks.shared.experiment import Measured, finite
 
 
 def measure(numbers: Mapping[str, Measured]) -> Measured:
-    """Return each servo's temperature less the median of the others', K; nothing where most others have none.
+    """Return each servo's temperature minus the median of the others, K; nothing if most others have none.
 
     Args:
         numbers: what was measured, by experiment.

@@ -1,6 +1,6 @@
-"""Channel audit: each command moves its own encoder, the right way, by the right amount, and no other.
+"""Channel audit: sign, amount and crosstalk of each channel's motion.
 
-The expected signs come from the mechanism (`closing_current`) and never from the map under test. Leaves `codes`,
+The expected signs come from the mechanism (`closing_current`), not from the map under test. Records `codes`,
 `command_codes`, `currents` and `temperatures`.
 """
 
@@ -19,13 +19,13 @@ from hil.targets.target import Target
 
 NUDGE = 0.2
 HALF_S = 0.6
-"""Time at the nudge, and at the open hand after it, s."""
+"""Time at the nudge, and at the open hand after the nudge, s."""
 FURTHEST = (NUDGE,) * 7
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Nudge each channel closed and open again."""
+    """Close each channel a little and open it again."""
     recorder.begin({"nudge": NUDGE, "half_s": HALF_S})
     driver = Sampler(target, recorder, progress, HALF_S * (1 + 2 * len(Channel)))
     driver.hold(OPENED, HALF_S, "open hand")
@@ -35,7 +35,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return, in per cent of the nudge, how far each channel followed, and moved with the others."""
+    """Return each channel's own motion and that of the others, per cent of the nudge."""
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     pull = closing_current(currents.values, recording.header.hand)
     spans, readings = map_of(recording.header).window.spans_counts(), codes.values.astype(int)
@@ -46,7 +46,7 @@ def measure(recording: Recording) -> Measured:
         start, nudged = (last_before(codes.times, codes.values, t) for t in (step.start, step.end))
         moved = (nudged - start) / (NUDGE * MAX_CODE) * 100.0
         others = np.delete(moved, step.channel)
-        # Currents are read seldom; one that was read after the command to open says nothing about the nudge.
+        # Currents are sampled slowly; a sample after the opening command is not one of the nudge.
         before, pulled = (last_before(currents.times, pull, t)[step.channel] for t in (step.start, step.end))
         found[Channel(step.channel).label] = {
             "followed": float(moved[step.channel]),

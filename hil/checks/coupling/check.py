@@ -1,6 +1,6 @@
-"""Thumb coupling: what abduction does to CMC flexion, and CMC flexion to the flexor.
+"""Thumb coupling: effect of abduction on CMC flexion, and of CMC flexion on the flexor.
 
-Leaves `codes`, `command_codes`, `currents` and `temperatures`.
+Records `codes`, `command_codes`, `currents` and `temperatures`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hil.targets.target import Target
 ABDUCTIONS = (0.0, 0.5, 1.0)
 HOLD_S = 0.7
 FURTHEST = (0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0)
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
@@ -35,7 +35,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return where CMC flexion stops (% of its window) without and with abduction."""
+    """Return the stop of CMC flexion (% of its window) without and with abduction."""
     codes, commands = recording["codes"], recording["command_codes"]
     closing = [
         step

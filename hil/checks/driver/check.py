@@ -1,8 +1,8 @@
-"""Driver and map: did the bytes say what was commanded, and did the readings say what the bytes said?
+"""Driver and map: commands against sent bytes, and readings against received bytes.
 
-Needs no ground truth. The frames of a recording are read a second time, by the board's own layout of words
-(`firmware_emulator`) and by the paper's equations (`independent_map`), which share no code with `aero`. It is no
-experiment of its own: it is measured on the recording of each, and the worst counts.
+Needs no ground truth. The recorded frames are decoded a second time by the board's own word layout
+(`firmware_emulator`) and by the paper's equations (`independent_map`), which share no code with `aero`. Not an
+experiment: measured on the recording of each experiment, and the worst result counts.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ from hil.recordings.recording import Recording, Series
 Floats = NDArray[np.float64]
 
 CURRENT_A = 6.5e-3
-"""Current of one register unit, nominal (maker's memory table of the HLS3606M)."""
+"""Current of one register unit, A, nominal. Source: maker's memory table of the HLS3606M."""
 SAME_TIME_S = 1e-6
-"""Times of one instant differ by less in a file, which keeps nanoseconds."""
+"""Tolerance of equal times, s; a file stores nanoseconds."""
 AHEAD = 4
-"""Requests after a reading that have to be in order, too, for it to be compared."""
+"""Number of following requests that must be in order too before a reading is compared."""
 CANDIDATES = 4
-"""Requests of one kind that may have brought a reading: the driver's, and looks of a guard beside it."""
+"""Number of requests of one kind that may have returned a reading: the driver's, and polls of the guard."""
 REFUSED_SETTING = reply(Opcode.SET_TOR, [0xFFFF])
-"""A torque limit for a channel that no board has."""
+"""Torque limit for a nonexistent channel, which every board refuses."""
 _SERVO_OF_CHANNEL = np.argsort(SHAFT_OF_SERVO)
 _NOTHING = np.empty((0, len(Channel)))
 READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}
-"""Series of readings to the request that brings them."""
+"""Request of each series of readings."""
 STEP = {"codes": 1.0, "currents": CURRENT_A, "temperatures": 1.0}
 """Smallest difference of two readings."""
 
 
 def measure(recording: Recording) -> Measured:
-    """Return the largest differences between commands and bytes and between bytes and readings, 0 without either.
+    """Return the largest differences of commands against bytes and of readings against bytes, 0 without either.
 
     By channel: `sent` and `mapped` (codes), `read_wrong` (steps of the reading, over all kinds), `mapped_back` (mm,
-    mrad), `mapped_bias` (codes), the mean of `mapped`; of the hand: `unsent`, commands that no frame followed, `extra`,
-    frames that no command asked for, and `limits`, speed and torque limits that are not those that a validation sets.
+    mrad), `mapped_bias` (codes, the mean of `mapped`). Of the hand: `unsent` (commands without a frame), `extra`
+    (frames without a command) and `limits` (speed and torque limits other than a validation's).
     """
     requests = exchanges(recording.wire)
     sent, unsent, extra = _sent(recording, requests)
@@ -64,10 +64,10 @@ def measure(recording: Recording) -> Measured:
 
 
 def _limits(recording: Recording, requests: Sequence[Exchange]) -> float:
-    """Return the number of limits that are not the firmware's own, which a validation without a guard sets.
+    """Return the number of limits that differ from the firmware's own, which an unguarded validation sets.
 
-    It sets them after it has asked the board whether it knows limits, by `REFUSED_SETTING`. What
-    comes after the last command may restore those of before.
+    A validation sets limits after probing the board's support with `REFUSED_SETTING`. Frames after the last command may
+    restore earlier limits.
     """
     own = firmware_of(recording.header.firmware).settings
     at = [i for i, request in enumerate(requests) if request.opcode == Opcode.CTRL_POS]
@@ -80,39 +80,39 @@ def _limits(recording: Recording, requests: Sequence[Exchange]) -> float:
 
 
 def _answered(made: Exchange) -> bool:
-    """Whether a reading has one whole reply, and a command none; other requests are answered in their own ways."""
+    """Return whether a reading has exactly one reply, or a command none; True for other requests."""
     if made.opcode in READ.values():
         return len(made.received) == FRAME_SIZE and made.received.startswith(bytes((made.opcode, 0)))
     return made.opcode != Opcode.CTRL_POS or not made.received
 
 
 def _sent(recording: Recording, requests: Iterable[Exchange]) -> tuple[Floats, int, int]:
-    """Return the codes of each frame less those asked for, (n, 7), commands without a frame, and frames too many."""
+    """Return sent minus commanded codes, (n, 7), commands without a frame, and surplus frames."""
     series = recording.series.get("command_codes")
     frames = [request for request in requests if request.opcode == Opcode.CTRL_POS]
     if series is None or not recording.wire:
         return _NOTHING, 0, 0
     times = np.array([request.t for request in frames])
-    # Of two rows at one time, the first says where the hand stood before.
+    # of two rows at one time, the first is the position before
     ends = np.append(series.times[1:], np.inf)
-    # The log forgets the oldest bytes of a very long recording.
+    # the log drops the oldest bytes of a very long recording
     given = (ends - series.times >= SAME_TIME_S) & (series.times > recording.wire[0].t - SAME_TIME_S)
     first = np.searchsorted(times, series.times[given] - SAME_TIME_S)
     sent = np.append(times, np.inf)[first] < ends[given] - SAME_TIME_S
     words = _values([request.frame for request in frames])
-    # The last command has no end.
+    # the last command has no end
     until = np.searchsorted(times, ends[given][:-1] - SAME_TIME_S)
     extra = int(np.maximum(until - first[:-1] - 1, 0).sum())
     return words[first[sent]] - series.values[given][sent], int(np.count_nonzero(~sent)), extra
 
 
 def _mapped(recording: Recording) -> Iterator[tuple[str, Floats]]:
-    """Yield what the map under test gave less what the paper's equations give."""
+    """Yield the output of the map under test minus that of the paper's equations."""
     header, series = recording.header, recording.series
     if header.map != MAP:
         return
     if {"command", "command_codes"} <= series.keys():
-        # A link that ends while a command is answered leaves its code without its length.
+        # a link lost during a command leaves a code without its length
         lengths = series["command"].values
         codes = series["command_codes"].values[: len(lengths)]
         yield "mapped", codes - codes_of_lengths(lengths, header.window)
@@ -122,11 +122,11 @@ def _mapped(recording: Recording) -> Iterator[tuple[str, Floats]]:
 
 
 def _read(recording: Recording, requests: Sequence[Exchange]) -> Iterator[Floats]:
-    """Yield the readings of each kind less their replies, (n, 7) in steps of the reading."""
+    """Yield the readings of each kind minus the replies, (n, 7) in steps of the reading."""
     answered = np.array([_answered(request) for request in requests], bool)
     opcodes = np.array([request.opcode for request in requests], int)
-    # Once a link has lost, delayed or damaged a reply, which frame a driver takes is its own affair: what counts are
-    # requests that were answered as they should be, as all before them and the next ones were.
+    # After a lost, late or damaged reply, frames and readings cannot be paired reliably. Only requests with proper
+    # replies count, with all earlier and the next requests in order too.
     disorder = np.flatnonzero(~answered)
     until = max(int(disorder[0]) - AHEAD, 0) if disorder.size else len(requests)
     until_s = requests[until].t if disorder.size else np.inf
@@ -137,7 +137,7 @@ def _read(recording: Recording, requests: Sequence[Exchange]) -> Iterator[Floats
 
 
 def _unlike(series: Series, made: Sequence[Exchange], opcode: Opcode, until_s: float) -> Floats:
-    """Return readings less the reply that is most like them, (n, 7), where the link was in order.
+    """Return readings minus the most similar reply, (n, 7), while the link was in order.
 
     A reading's time is taken before or after it is asked for, and a guard may poll the hand in between. So the reply
     is that to the last request before this time, or to one between it and the next reading.
@@ -152,7 +152,7 @@ def _unlike(series: Series, made: Sequence[Exchange], opcode: Opcode, until_s: f
         return _NOTHING
     times = np.array([exchange.t for exchange in made])
     last = np.searchsorted(times, series.times + SAME_TIME_S) - 1
-    # Noted after it has come, a reading may share its time with the guard's next poll.
+    # A reading timed after its reply may share the time of the guard's next poll.
     at_requests = np.mean(np.abs(times[last] - series.times) < SAME_TIME_S) > 0.5
     either = last + np.arange(0 if at_requests else -1, CANDIDATES)[:, None]
     there = (either >= 0) & (either < len(made))
@@ -160,7 +160,7 @@ def _unlike(series: Series, made: Sequence[Exchange], opcode: Opcode, until_s: f
     there &= (either <= last) | (times[either] < np.append(series.times[1:], np.inf) - SAME_TIME_S)
     gaps = series.values - _readings([exchange.received for exchange in made], opcode)[either]
     nearer = np.where(there, np.abs(gaps).sum(axis=2), np.inf).argmin(axis=0)
-    # A reading from then on may be of a request that was not answered as it should be.
+    # a later reading may belong to a request without a proper reply
     judged = (
         there.any(axis=0) & (series.times < until_s - SAME_TIME_S) & ((times[either] < until_s) | ~there).all(axis=0)
     )

@@ -1,8 +1,8 @@
-"""The paper's actuation map, stated a second time: what `aero.actuation` is compared with, and shares no code with.
+"""Second implementation of the paper's actuation map, to test `aero.actuation`; shares no code with it.
 
-Lengths of the simulator (m, abduction in rad) to the position codes of a right or a left hand, and back. Everything is
-in command order. Equations and numbers: paper, chapter "Actuation Mapping"; digits beyond the printed ones from the
-deployment of the paper (aero-hand-open 7084ad3), the shift of the windows from firmware 0.2.0 (6a3022d).
+Converts simulator lengths (m, abduction in rad) to position codes of a right or a left hand, and back, in command
+order. Equations and numbers: paper, chapter "Actuation Mapping"; further digits from the deployment of the paper
+(aero-hand-open 7084ad3), the shift of the windows from firmware 0.2.0 (6a3022d).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 MAP = "paper"
-"""Coefficients, by their name in a recording, that are stated here."""
+"""Name of these coefficients in a recording."""
 SPOOL_M = 9.0e-3
 FULL = 65535
 
@@ -42,20 +42,20 @@ _FINGER_DEG = np.rad2deg(_FINGER_M / SPOOL_M)
 _CMC_DEG = (2.5 * 100 + 12.4931 * 55) / 9.0
 _FLEXOR_DEG = (-2.5 * 55 / 9.0, (2.5 * 100 + 9.4372 * 90 + 12.5 * 90) / 9.0)
 _WINDOW_DEG = np.array([*((0.0, _FINGER_DEG),) * 4, (0.0, 100.0), (0.0, _CMC_DEG), _FLEXOR_DEG])
-# What homing of firmware 0.2.0 adds to both ends: 10° in whole counts, abduction further closed, CMC further open.
+# Shift of both ends by homing in firmware 0.2.0: 10° in whole counts, abduction closed, CMC open.
 _SHIFT_DEG = 113 * 360 / 4096
 _SHIFTED = {"unshifted": (0.0, 0.0), "mixed": (1.0, 0.0), "homed": (1.0, 1.0)}
 
 
 def window_deg(state: str) -> Floats:
-    """Return the shaft angles of codes 0 and 65535, (7, 2) float, degrees, in a calibration state of the firmware."""
+    """Return the shaft angles of codes 0 and 65535, (7, 2) float, degrees, for a calibration state of the firmware."""
     shift = _SHIFT_DEG * np.array(_SHIFTED[state])
     window: Floats = _WINDOW_DEG + np.array([*((0.0, 0.0),) * 4, shift, -shift, (0.0, 0.0)])
     return window
 
 
 def codes_of_lengths(lengths: Floats, state: str) -> Floats:
-    """Return the codes (n, 7), rounded and within 0..65535, of lengths (n, 7) in a calibration state."""
+    """Return the codes (n, 7) of lengths (n, 7), rounded and clipped to 0..65535, for a calibration state."""
     fingers = (_EXTENDED_M - lengths[:, :4]) / (_EXTENDED_M - _FIST_M) * _FINGER_M / SPOOL_M
     abduction = lengths[:, 4]
     joints = _JOINTS @ np.stack([abduction, lengths[:, 5], lengths[:, 6], np.ones(len(lengths))])
@@ -67,7 +67,7 @@ def codes_of_lengths(lengths: Floats, state: str) -> Floats:
 
 
 def lengths_of_codes(codes: Floats, state: str) -> Floats:
-    """Return the lengths (n, 7) of codes (n, 7) in a calibration state; eq. (inversechain)."""
+    """Return the lengths (n, 7) of codes (n, 7) for a calibration state; eq. (inversechain)."""
     low, high = window_deg(state).T
     angles = np.deg2rad(low + codes / FULL * (high - low))
     fingers = _EXTENDED_M - angles[:, :4] * SPOOL_M / _FINGER_M * (_EXTENDED_M - _FIST_M)

@@ -1,8 +1,8 @@
-"""Excursion: how far each channel goes alone, how hard it is stopped, and the whole hand from open to fist.
+"""Excursion: range and stop current of each channel alone, and travel of the whole hand from open to fist.
 
-The full code range is commanded, whatever the map says, so the end stops show where the command window really lies.
-The paper's kinematic validation: the fist of the hand less that of the simulator under the same commands.
-Leaves `codes`, `command_codes`, `currents` and `temperatures`.
+The full code range is commanded regardless of the map, so the end stops show the true position of the command window.
+As in the paper's kinematic validation, the fist is compared with the simulator under equal commands. Records `codes`,
+`command_codes`, `currents` and `temperatures`.
 """
 
 from __future__ import annotations
@@ -26,18 +26,20 @@ from model.geometry import Side
 Floats = NDArray[np.float64]
 
 HOLD_S = 0.9
-"""Time at either end, s: a finger of firmware `pre` needs 0.7 s for its range."""
+"""Time at either end, s; a finger of firmware `pre` needs 0.7 s for its range."""
 REST_S = 0.2
-"""Last part of that time, s, in which a channel has reached its stop."""
+"""Final part of `HOLD_S`, s, in which a channel has reached its stop."""
 FURTHEST = (1.0,) * 7
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 FIST = np.zeros((2, len(Channel)), np.uint16)
-"""Codes of a fist, (2, 7): the fingers first, then the thumb over them. Closed at once, the thumb is in the palm before
-a slow finger, which then stops at it and not at its own end."""
+"""Codes of a fist, (2, 7): fingers first, then the thumb over them.
+
+If all closed together, the thumb would reach the palm before a slow finger and stop the finger.
+"""
 FIST[0, list(FINGERS)] = MAX_CODE
 FIST[1] = MAX_CODE
 SETTLE_S = 2.0
-"""Time in which the simulator comes to rest, s."""
+"""Settling time of the simulator, s."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
@@ -55,10 +57,10 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 @cache
 def simulated_fist(firmware: str, window: str, side: Side) -> NDArray[np.float64]:
-    """Return what the simulator's sensors read in the fist less open, (7,) float, m and rad, positive closes.
+    """Return the simulator's sensor change from open to fist, (7,) float, m and rad, positive closes.
 
-    It gets the lengths that the map for this firmware, window and side makes of the codes, cut to what its actuators
-    take.
+    The simulator gets the codes converted to lengths by the map for this firmware, window and side, clipped to the
+    actuator ranges.
     """
     codec, simulator = ActuationMap.for_firmware(firmware, window, hand=side), RoutedHand(side)
     stages = codec.lengths_from_codes(np.vstack([np.zeros((1, len(Channel)), np.uint16), FIST]))
@@ -72,7 +74,7 @@ def simulated_fist(firmware: str, window: str, side: Side) -> NDArray[np.float64
 
 
 def measure(recording: Recording) -> Measured:
-    """Return where each channel stops alone, under which current, and in the fist, beside the simulator's."""
+    """Return each channel's stop and stop current, and its fist travel against the simulator's."""
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     codec = map_of(recording.header)
     pull = closing_current(currents.values, recording.header.hand)
@@ -92,7 +94,7 @@ def measure(recording: Recording) -> Measured:
             "fist_travel": MILLI * float(fist_travel[step.channel]),
             "fist_difference": MILLI * abs(float(model_travel[step.channel] - fist_travel[step.channel])),
         }
-        # A late host may have read it last while the channel was on its way.
+        # with a late host, the last sample may precede the stop
         if currents.times[currents.times < step.end].max(initial=0.0) > step.end - REST_S:
             found[Channel(step.channel).label]["stop_current"] = float(
                 last_before(currents.times, pull, step.end)[step.channel]

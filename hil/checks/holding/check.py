@@ -1,6 +1,6 @@
-"""Holding: currents of a half closed hand that holds still.
+"""Holding: currents of a half-closed hand at rest.
 
-Leaves `codes`, `command_codes`, `currents` and `temperatures`.
+Records `codes`, `command_codes`, `currents` and `temperatures`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hil.targets.target import Target
 
 OPEN_S, HOLD_S = 1.0, 8.0
 FURTHEST = LOOSE_GRASP
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
@@ -30,7 +30,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return each channel's holding current (A, positive closes), and its drift."""
+    """Return each channel's holding current (A, positive closes) and position drift (% of the window)."""
     currents, codes = (recording[name] for name in ("currents", "codes"))
     pull = closing_current(currents.values, recording.header.hand)
     held = (currents.times > OPEN_S + 1.0) & (currents.times < OPEN_S + HOLD_S)

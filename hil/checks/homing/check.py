@@ -1,7 +1,7 @@
-"""Homing: how long it takes, and how well it finds the same zero again.
+"""Homing: duration, and repeatability of the zero.
 
-Asked for by name only: it drives every channel into its stop. Leaves `codes` and `command_codes`; the closures after
-each homing show where its zero lies.
+Runs only by name, because it drives every channel into its stop. Records `codes` and `command_codes`; closures after
+each homing show the zero.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from hil.targets.target import Target
 HOMINGS = 3
 HOLD_S = 0.9
 FURTHEST = (1.0,) * 7
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Home a few times and close each cable channel after each homing."""
+    """Home several times, closing each cable channel after each homing."""
     recorder.begin({"homings": HOMINGS})
     driver = Sampler(target, recorder, progress, HOMINGS * HOLD_S * 2 * len(CABLES))
     seconds: list[float] = []
@@ -39,7 +39,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return by how much each cable's closed end came out differently (mm)."""
+    """Return the spread of each cable's closed end over the homings (mm)."""
     codes, commands = recording["codes"], recording["command_codes"]
     codec = map_of(recording.header)
     found: dict[str, dict[str, float]] = {}

@@ -1,8 +1,8 @@
-"""Look: one channel moves at a time, and a person says what moved, whether it is straight, whether its tip follows.
+"""Look: single-channel motions that a person watches and describes.
 
-It finds what no encoder can see: fingers that are exchanged, zeros and spools that are wrong, slack. The hand is open
-while a question is asked. Leaves `codes`, `command_codes`, `currents` and `temperatures`; the answers are parameters
-of the header, and events with the questions.
+Finds faults invisible to the encoders: exchanged fingers, wrong zeros and spools, slack. The hand is open during a
+question. Records `codes`, `command_codes`, `currents` and `temperatures`; answers are stored as header parameters, and
+as events with the questions.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ MOTIONS = {
     Channel.THUMB_CMC_FLEXION: "thumb bends at its base",
     Channel.THUMB_FLEXOR: "tip of the thumb curls",
 }
-"""What each channel of the thumb does, as it looks."""
+"""Visible motion of each thumb channel."""
 STRAIGHT = (*FINGERS, Channel.THUMB_FLEXOR)
-"""Channels whose digit is straight when it is open."""
+"""Channels whose digit is straight when open."""
 YES_OR_NO = (Option("yes", YES, "y"), Option("no", NO, "n"))
 OR_AGAIN = (Option("again", AGAIN, "a"),)
 WHICH = (
@@ -37,15 +37,15 @@ WHICH = (
     *OR_AGAIN,
 )
 NUDGE = {channel: 0.1 if channel in FINGERS or channel is Channel.THUMB_ABDUCTION else 0.15 for channel in Channel}
-"""Small motion, part of the window: a taut finger bends by 10 degrees or more in all, a slack one not at all."""
+"""Small motion, fraction of the window; bends a taut finger by 10 degrees or more, a slack one not at all."""
 TO_AND_FRO = (0.4, 0.5)
-"""Half closed, part of the window."""
+"""Half-closed positions, fraction of the window."""
 TIMES = 3
-"""Each motion is shown."""
+"""Repetitions of each motion."""
 HOLD_S = 0.6
-"""Time at each place, s."""
+"""Time at each position, s."""
 FURTHEST = (TO_AND_FRO[1],) * 7
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
@@ -72,12 +72,12 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def digit(channel: Channel) -> str:
-    """Return the digit that a channel moves, for people."""
+    """Return the name of the digit that a channel moves."""
     return f"{channel.label} finger" if channel in FINGERS else "tip of the thumb"
 
 
 def all_straight() -> Choice[str]:
-    """Return whether every open digit is straight."""
+    """Return the question whether all open digits are straight."""
     text = (
         "The hand is open. Is every finger straight, and the tip of the thumb? A finger that is not in line with its "
         "neighbours by half a centimetre at the tip is bent."
@@ -86,17 +86,17 @@ def all_straight() -> Choice[str]:
 
 
 def straight(channel: Channel) -> Choice[str]:
-    """Return whether one open digit is straight."""
+    """Return the question whether one open digit is straight."""
     return Choice(f"Is the {digit(channel)} straight?", YES_OR_NO)
 
 
 def which_moved(motion: str) -> Choice[str]:
-    """Return which digit moved a little, three times."""
+    """Return the question which digit moved."""
     return Choice("Something moved a little, three times. What was it?", WHICH, motion)
 
 
 def tip_followed(motion: str) -> Choice[str]:
-    """Return whether a digit, half closed, followed each time it was moved a little to and fro."""
+    """Return the question whether a half-closed digit followed small motions."""
     text = "It closed half way and moved a little to and fro, three times. Did its tip follow each time?"
     return Choice(text, YES_OR_NO + OR_AGAIN, motion)
 
@@ -107,7 +107,7 @@ class _Look:
         self._onlooker = onlooker
 
     def all_open(self) -> None:
-        """Ask which digits of the open hand are bent."""
+        """Ask for bent digits of the open hand."""
         self._sampler.hold(OPENED, HOLD_S, "open hand")
         if self._asked(all_straight()) == NO:
             bent = [channel.label for channel in STRAIGHT if self._asked(straight(channel)) == NO]
@@ -116,7 +116,7 @@ class _Look:
         self._sampler.recorder.note_parameters(bent=" ".join(bent))
 
     def nudged(self, channel: Channel) -> None:
-        """Ask what moves when one channel is moved a little."""
+        """Ask for the digit that moves with one channel."""
         motion = f"{channel.label}, a little"
 
         def show() -> None:
@@ -128,7 +128,7 @@ class _Look:
         self._sampler.recorder.note_parameters(**{f"moved_{channel.label}": moved})
 
     def to_and_fro(self, channel: Channel) -> None:
-        """Ask whether the tip follows when one channel is moved to and fro, half closed."""
+        """Ask whether the tip follows small motions of one half-closed channel."""
         motion = f"{channel.label}, to and fro"
         near, far = TO_AND_FRO
 
@@ -152,7 +152,7 @@ class _Look:
         while True:
             show()
             answer = self._onlooker.answer(question)
-            # The person took their time, which the samples must not be made up for.
+            # the person's answering time must not be caught up by faster samples
             self._sampler.resume()
             self._sampler.recorder.note(f"{question.text} {answer}")
             if answer != AGAIN:
@@ -160,7 +160,7 @@ class _Look:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return, by channel, which other digit moved, whether it starts late, is bent, or stays behind.
+    """Return the answers by channel: another digit moved, starts late, is bent, stays behind.
 
     Raises:
         ValueError: an answer is missing; the look was ended.

@@ -1,6 +1,6 @@
-"""Presence: does a hand answer, completely and freshly, while nothing moves?
+"""Presence: completeness and freshness of the replies of a hand at rest.
 
-Leaves `codes`, `currents` and `temperatures`, and the bytes on the wire. The hand is not commanded.
+Records `codes`, `currents` and `temperatures`, and the bytes on the wire. The hand gets no commands.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from hil.targets.target import Target
 READINGS = 30
 PERIOD_S = 0.025
 FURTHEST = (0.0,) * 7
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Read everything a few dozen times."""
+    """Read all sensors `READINGS` times."""
     recorder.begin({"readings": READINGS, "period_s": PERIOD_S})
     for i in range(READINGS):
         target.clock.sleep_until(recorder.start + i * PERIOD_S)
@@ -37,7 +37,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return temperatures and idle currents by channel; lost replies, round trip and freshness of the hand."""
+    """Return temperature and idle current by channel; lost replies, round trip and freshness of the hand."""
     currents, temperatures = recording["currents"].values, recording["temperatures"].values
     channels = {
         channel.label: {
@@ -60,7 +60,7 @@ def measure(recording: Recording) -> Measured:
 
 
 def _contradictions(header: Header) -> int:
-    """Return how many things the boot text, if there was one, says against the header."""
+    """Return the number of contradictions between the boot text and the recording's header."""
     text = str(header.parameters.get("boot_text", ""))
     if not text:
         return 0

@@ -1,7 +1,6 @@
-"""Repeatability: how closely a hand returns to one posture from the open pose, and how its range and current drift.
+"""Repeatability: spread of one posture after repeated closures, and drift of range and current.
 
-The paper's definition of repeatability. Asked for by name only. Leaves `codes`, `command_codes`, `currents` and
-`temperatures`.
+Defined as in the paper. Runs only by name. Records `codes`, `command_codes`, `currents` and `temperatures`.
 """
 
 from __future__ import annotations
@@ -20,22 +19,22 @@ from hil.targets.target import Target
 
 CLOSURES = 10
 HOLD_S = 1.2
-"""Time open and closed, s: the firmware `pre` needs 0.6 s for the way, and the hand then creeps in friction."""
+"""Time open and closed, s; firmware `pre` moves for 0.6 s, and the hand then creeps in friction."""
 FURTHEST = LOOSE_GRASP
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 ENDS = 0.1
-"""Fraction of the closures at the beginning and at the end whose medians are compared."""
+"""Fraction of the closures at the start and at the end whose medians are compared."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Close the open hand to the loose grasp again and again."""
+    """Close the open hand to the loose grasp repeatedly."""
     close_again(target, recorder, progress, posture=FURTHEST, closures=CLOSURES, hold_s=HOLD_S)
 
 
 def close_again(
     target: Target, recorder: Recorder, progress: Progress, *, posture: Sequence[float], closures: int, hold_s: float
 ) -> None:
-    """Close the open hand to a posture, (7,) parts of the window, and open it, `hold_s` at either end."""
+    """Close the open hand to a posture, (7,) fractions of the window, and open it, `hold_s` at either end."""
     recorder.begin({"closures": closures, "hold_s": hold_s})
     driver = Sampler(target, recorder, progress, hold_s * (1 + 2 * closures))
     driver.hold(OPENED, hold_s, "open hand")
@@ -45,9 +44,9 @@ def close_again(
 
 
 def measure(recording: Recording) -> Measured:
-    """Return each channel's spread of closed places (mm of cable, mrad), and how its range and current drifted.
+    """Return each channel's spread of closed positions (mm of cable, mrad) and drift of range and current.
 
-    The range is in % of the window, the current in A, positive closes; both are the last closures' less the first's.
+    Range in % of the window, current in A (positive closes); both drifts are last minus first closures.
     """
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     codec = map_of(recording.header)

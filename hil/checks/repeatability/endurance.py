@@ -1,4 +1,4 @@
-"""Endurance: the whole hand closes to a fist and opens fifty times. Asked for by name only."""
+"""Endurance: fifty closures of the whole hand to a fist. Runs only by name."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ __all__ = ["FURTHEST", "measure", "run"]
 
 CYCLES, HALF_S = 50, 0.9
 FURTHEST = (1.0,) * len(Channel)
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Close the whole hand and open it, again and again."""
+    """Close and open the whole hand repeatedly."""
     close_again(target, recorder, progress, posture=FURTHEST, closures=CYCLES, hold_s=HALF_S)

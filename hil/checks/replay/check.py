@@ -1,8 +1,8 @@
-"""Open-loop replay: one fixed action sequence on simulator and hand, with the policy held out of the loop.
+"""Open-loop replay: one fixed action sequence on simulator and hand, without a policy in the loop.
 
-Where the two agree, a gap that a policy shows later comes from its feedback; where they do not, it comes from the
-transmission. The paper draws that line with a logged rollout; the sequence here has the rates, the nominal pose
-and the scales of such a rollout and is always the same. Leaves what `follow` leaves.
+Where simulator and hand agree, a gap under a policy comes from its feedback; where they differ, from the transmission.
+The paper separates both with a logged rollout; this fixed sequence has the rates, nominal pose and scales of such a
+rollout. Records the series of `follow`.
 """
 
 from __future__ import annotations
@@ -23,15 +23,16 @@ from model import RoutedHand
 Floats = NDArray[np.float64]
 DURATION_S = 8.0
 SETTLE_S = 1.0
-"""Time at the nominal pose before the actions begin, s."""
+"""Time at the nominal pose before the actions, s."""
 RATES_HZ = (0.6, 0.7, 0.5, 0.8, 0.5, 0.65, 0.55)
 AMPLITUDE = 0.4
-"""One gait-like oscillation a channel, all different, and slow enough for a firmware with a motion profile."""
+"""Amplitude of one oscillation per channel, as in a gait; each rate differs and suits firmware with a motion profile.
+"""
 FURTHEST = (1.0,) * 7
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 LONGEST_DELAY_S = 0.2
 DELAY_STEP_S = 0.005
-"""Step of the search for the delay, s."""
+"""Step of the delay search, s."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
@@ -59,7 +60,7 @@ def _actions() -> Floats:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return, by channel, the hand's delay against the simulator (ms) and what else their traces differ by."""
+    """Return, by channel, the hand's delay against the simulator (ms) and the remaining trace difference."""
     hand, model = recording["hand"], recording["model"]
     moving = hand.times > SETTLE_S + LONGEST_DELAY_S
     require(bool(moving.any()), "the motion")

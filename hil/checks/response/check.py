@@ -1,6 +1,6 @@
-"""Response: how long from a command to motion, how old readings are, and how fast the hand opens and closes.
+"""Response: delay from command to motion, age of readings, and opening and closing rate.
 
-Leaves `codes` and `command_codes`; encoders are read as fast as the link allows.
+Records `codes` and `command_codes`; encoders are polled as fast as the link permits.
 """
 
 from __future__ import annotations
@@ -26,28 +26,32 @@ NUDGES = 6
 NUDGE = 0.15
 NUDGE_S = 0.36
 SLOWEST_TELEMETRY_S = 0.02
-"""Period of firmware `pre`, of which `NUDGE_S` is a multiple; the nudges are spread over it, so that their median does
-not depend on when they began."""
+"""Telemetry period of firmware `pre`, s; `NUDGE_S` is a multiple.
+
+The nudges are spread over one period, so that their median is independent of the phase.
+"""
 POLL_S = 0.001
-"""Least time between two readings, s."""
+"""Shortest time between two readings, s."""
 CYCLES = 3
 CYCLE_LIMIT_S = 2.0
-"""Time one half cycle may take before it counts as never arriving, s."""
+"""Time-out of a half cycle, s."""
 OPENED, CLOSED = 0.06, 0.9
-"""Parts of the range at which the fingers count as open and closed."""
+"""Fractions of the range at which the fingers count as open and closed."""
 CHANNEL = Channel.RING
-"""The finger that is watched: any would do."""
+"""Finger of the nudges, chosen arbitrarily."""
 FURTHEST = (1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 MOVED_CODES = 60
-"""Change that counts as motion: three counts of a finger."""
+"""Threshold of motion, codes: three counts of a finger."""
 FAR, SETTING_OUT = 0.2, 0.05
-"""Parts of the range: further than the first from its goal a finger must be moving, unless it is nearer than the second
-to an end, where it sets out."""
+"""Fractions of the range for the standstill check.
+
+A finger further than `FAR` from its goal must be moving, unless it is within `SETTING_OUT` of an end, where it starts.
+"""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Nudge one finger a few times, then open and close all four as fast as they go."""
+    """Nudge one finger several times, then open and close all four at full speed."""
     recorder.begin({"nudge": NUDGE, "cycles": CYCLES})
     total = NUDGES + 2 * CYCLES
     for i in range(NUDGES):
@@ -116,7 +120,7 @@ def measure(recording: Recording) -> Measured:
 
 
 def all_arrived(steps: Sequence[CommandStep], fast: Series) -> bool:
-    """Return whether the last reading of every half cycle shows all fingers where they were sent.
+    """Return whether all fingers had arrived at the end of every half cycle.
 
     Args:
         steps: commands of the half cycles, one a half cycle.
@@ -132,7 +136,7 @@ def all_arrived(steps: Sequence[CommandStep], fast: Series) -> bool:
 
 
 def motion_after(step: CommandStep, asked: Floats, codes: Floats) -> float:
-    """Return the time from a command to the motion that it causes, s; NaN without any.
+    """Return the time from a command to the motion that it causes, s; NaN without motion.
 
     Motion began to show between the request that did not show it and the one that did; the middle stands for it, so
     that a host which asks late, or seldom, reads the same as one that does not.
@@ -143,15 +147,15 @@ def motion_after(step: CommandStep, asked: Floats, codes: Floats) -> float:
         codes: (n,) float, readings of the channel.
     """
     after = np.flatnonzero(asked > step.start)
-    # Only motion the way it was told counts: the finger may still creep out of the step before.
+    # Only motion in the commanded direction counts; the finger may still creep from the step before.
     moved = after[np.sign(step.after - step.before) * (codes[after] - codes[after[:1]]) > MOVED_CODES]
     return float(asked[moved[0] - 1 : moved[0] + 1].mean()) - step.start if moved.size else np.nan
 
 
 def asked_at(times: Floats, wire: tuple[WireRecord, ...]) -> Floats:
-    """Return when the readings that came at `times` (n,) were asked for, (n,) s: the last request before each.
+    """Return the request times (n,), s, of readings that arrived at `times` (n,): the last request before each.
 
-    While a reading is late the driver asks for something else, which does not count.
+    Other requests of the driver while a reading is late do not count.
     """
     asked = [record.t for record in wire if record.direction == "to_hand" and record.data[0] == Opcode.GET_POS]
     requests = np.array(asked or [np.nan])
@@ -160,7 +164,7 @@ def asked_at(times: Floats, wire: tuple[WireRecord, ...]) -> Floats:
 
 
 def standstills(asked: Floats, times: Floats, codes: Floats, goals: Floats) -> list[float]:
-    """Return for how long (s) the same reading of a finger came again and again while it was on its way.
+    """Return the durations (s) of unchanged readings of a finger in motion.
 
     A reading was true at some time between its request and its arrival, so what counts is the time from the first one's
     arrival to the last one's request. A program that was late does not count, nor does an answer that was.

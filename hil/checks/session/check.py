@@ -1,6 +1,6 @@
-"""The whole run: what the bytes between opening a hand and the end of its last experiment say about the link.
+"""Whole run: evidence about the link in the bytes from opening a hand to the end of its last experiment.
 
-It is no experiment of its own: it is measured on the recording of the session that every validation makes.
+Not an experiment: measured on the session recording of every validation.
 """
 
 from __future__ import annotations
@@ -15,21 +15,24 @@ from hil.checks.shared.lateness import longest
 from hil.recordings.recording import Recording
 
 LIMIT_REQUESTS = (0x31, 0x32)
-"""Opcodes of requests for a speed or a torque limit, which every firmware but `pre` acknowledges."""
+"""Opcodes of requests for a speed or torque limit, which every firmware except `pre` acknowledges."""
 MOST, OFTEN = 240, 10
-"""Values that some byte of a position had, and how often each of them, from which on none may be absent. In the 12,000
-positions of a hand that moved through its range the rarest comes 25 times."""
+"""Thresholds of the distinct position bytes and of their occurrences; at both, an absent byte value is a fault.
+
+In 12,000 positions of a hand that moved through its range, the rarest value occurs 25 times.
+"""
 STALL_S = 0.15
-"""Time without any byte of a measurement that is asked for from which on the link stands still, s. Where one reply is
-lost, the driver asks for another after 0.1 s, and that comes at once."""
+"""Threshold of the silence during requested measurements, s; above it the link counts as stalled.
+
+After a lost reply, the driver sends another request within 0.1 s, which is answered at once.
+"""
 
 
 def measure(recording: Recording) -> Measured:
-    """Return what the bytes of a session say about link and board.
+    """Return the metrics of link and board over a session's bytes.
 
-    Lost replies (%), bytes that belong to no frame or to a reply too many (per thousand exchanges), values that no
-    byte of a position had, times at which nothing came although this computer was not held up, restarts of the board,
-    and limits that it was asked to keep and did not acknowledge (requests).
+    Lost replies (%), stray bytes and surplus replies (per thousand exchanges), absent byte values of positions, stalls
+    without a delay of this computer, restarts of the board, and unacknowledged requests for limits.
     """
     made = exchanges(recording.wire)
     asked = sum(exchange.opcode in MEASUREMENTS for exchange in made)
@@ -52,14 +55,14 @@ def measure(recording: Recording) -> Measured:
 
 
 def _absent_values(made: Iterable[Exchange]) -> dict[str, float]:
-    """Return how many values no byte of a position had; nothing where a hand moved too little to have them all."""
+    """Return the number of byte values absent from all positions; nothing if the hand moved too little."""
     replies = [one.received[2:] for one in made if one.opcode == Opcode.GET_POS and len(one.received) == FRAME_SIZE]
     seen = Counter(b"".join(replies))
     return {"absent_values": float(256 - len(seen))} if len(seen) >= MOST and min(seen.values()) >= OFTEN else {}
 
 
 def stalls(made: Sequence[Exchange]) -> Iterator[tuple[float, float]]:
-    """Yield from when to when (s) measurements were asked for, and nothing came for longer than `STALL_S`."""
+    """Yield start and end (s) of each silence above `STALL_S` during requested measurements."""
     since: float | None = None
     for exchange in made:
         if exchange.opcode in MEASUREMENTS and since is None:

@@ -1,9 +1,9 @@
-"""What a check declares: `checks.toml` in its folder, with one table for each number that it measures.
+"""Declaration of a check: `checks.toml` in its folder, with one table for each measured number.
 
-A `[[metric]]` says all that is known of a number; a subject or a group of them under `on` states what differs there.
-The subjects of a group have readings that are alike, so one limit, which `aero-hil limits` computes, holds for all.
+A `[[metric]]` defines a number; a subject or a group of subjects under `on` overrides keys.
+The subjects of a group have like readings, so they share one limit, computed by `aero-hil limits`.
 
-| key | what it says |
+| key | meaning |
 |---|---|
 | `evidence` | `EvidenceKind` of a judged number: two numbers of one kind are one piece of evidence |
 | `words` | its name for people; the name with blanks when left out |
@@ -45,7 +45,7 @@ LimitSide = Literal["above", "below", "both"]
 
 
 class EvidenceKind(Enum):
-    """Quantity behind a metric, from which the diagnosis isolates a fault."""
+    """Quantity behind a metric, used by the diagnosis to isolate a fault."""
 
     TRAVEL = "travel"
     """Position reached or followed."""
@@ -98,15 +98,15 @@ class MotionRole(Enum):
 
 @dataclass(frozen=True)
 class Check:
-    """A bound on one metric, on subjects whose readings are alike: what its limits are made from."""
+    """Bound on one metric for subjects with like readings, and the input of its computed limits."""
 
     experiment: str
     metric: str
     subjects: tuple[str, ...]
     firmware: tuple[str, ...] = ()
-    """Versions it holds for; empty for all."""
+    """Firmware versions of the bound; empty for all."""
     side: LimitSide | None = None
-    """None when the bound is given."""
+    """Side of healthy readings that is a fault; None for a fixed bound."""
     recorded: tuple[float, float] | None = None
     at_least: float = -math.inf
     at_most: float = math.inf
@@ -119,83 +119,83 @@ class Check:
 
     @property
     def given(self) -> bool:
-        """Whether the bound is given, and not computed."""
+        """Whether the bound is fixed instead of computed."""
         return self.side is None
 
 
 @dataclass(frozen=True)
 class Worse:
-    """How much a number may grow over a hand's own baseline; the greater of both counts."""
+    """Permitted growth of a number over the hand's baseline; the larger of both fields counts."""
 
     by: float
-    """In the metric's unit."""
+    """Absolute growth, in the metric's unit."""
     share: float
-    """Part of the baseline's value."""
+    """Growth as a fraction of the baseline's value."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the table beside the paper."""
+    """Column of the table beside the paper."""
 
     place: int
     title: str
     digits: int
     count: bool = False
-    """Whether it is a number of things."""
+    """Whether the number counts things."""
 
 
 @dataclass(frozen=True)
 class Published:
-    """A figure of the paper's text, and what of ours stands beside it."""
+    """Figure of the paper's text, with our corresponding metric."""
 
     figure: str
-    """What it is; `{channel}` stands for the subject."""
+    """Description of the figure; `{channel}` stands for the subject."""
     says: str = ""
-    """As published, with unit; the metric's number of the paper when empty."""
+    """Published value with unit; if empty, the paper's number of the metric."""
     subject: str = ""
-    """Subject of ours; every subject that has a number of the paper when empty."""
+    """Our subject; if empty, every subject with a number in the paper."""
     model: str = ""
-    """Metric of the same check with the simulator's value; empty when the simulator has none."""
+    """Metric of this check with the simulator's value; empty if the simulator has none."""
     note: str = ""
-    """How ours differs."""
+    """Difference of our figure."""
 
 
 @dataclass(frozen=True)
 class Metric:
-    """One number that a check measures, on subjects whose readings are alike."""
+    """Number that a check measures on subjects with like readings."""
 
     name: str
     """Name in `checks.json` and in the limits."""
     words: str
-    """Name for people."""
+    """Display name."""
     unit: str
     subjects: tuple[str, ...]
     evidence: EvidenceKind | None = None
-    """None for a number without bounds."""
+    """Kind of evidence; None for a number without bounds."""
     end_of_scale: float = math.inf
     says: tuple[str, ...] = ()
-    """Words for its values, when it is a person's answer; empty for a number."""
+    """Words for the values of a person's answer; empty for a number."""
     checks: tuple[Check, ...] = ()
-    """Its bounds; none for a number that is measured and not judged."""
+    """Bounds; empty for a number that is not judged."""
     worse: Worse | None = None
     column: Column | None = None
     paper: Mapping[str, float] = field(default_factory=dict)
-    """Subject to the paper's number."""
+    """Number of the paper by subject."""
     differs: str = ""
     published: tuple[Published, ...] = ()
     seconds: str = ""
     worst_at: str = ""
     motion: MotionRole | None = None
-    """Relation to the motion of its channel; None when it has none."""
+    """Relation to the motion of the channel, or None."""
     timed: bool = False
-    """Whether it does not stand where the computer was held up for a sample."""
+    """Whether scheduling delays of this computer invalidate the number."""
     optional: bool = False
-    """Whether it is left out where it has no meaning, as without a load."""
+    """Whether the number may be missing where it has no meaning, such as without a load."""
     samples_in_time: bool = False
-    """Whether it is left out where too few of its samples came in time."""
+    """Whether the number may be missing if too few samples were in time."""
 
     def text(self, value: float | None) -> str:
-        """Return a value as people read it, with its unit; None was withheld."""
+        """Return a value as text with its unit; None means withheld."""
         if value is None:
             return "not judged"
         if math.isnan(value):
@@ -204,7 +204,7 @@ class Metric:
 
 
 def number(value: float) -> str:
-    """Return a number in four digits, never as a power of ten where it is large."""
+    """Return a number with four digits, without an exponent if large."""
     return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
 
 
@@ -215,7 +215,7 @@ KNOWN = {"name", "evidence", "words", "unit", "says", "bounds", "worse", "column
 
 
 def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
-    """Make a metric of each group of subjects in a `[[metric]]` table.
+    """Yield a metric for each group of subjects in a `[[metric]]` table.
 
     Raises:
         ValueError: the table has a mistake; the message names the metric.
@@ -236,7 +236,7 @@ def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
 
 
 def parse_checks(experiment: str, subjects: tuple[str, ...], table: Mapping[str, Any]) -> tuple[Check, ...]:
-    """Make the bounds of one group of subjects.
+    """Return the bounds of one group of subjects.
 
     Raises:
         ValueError: neither a side nor a bound with its source.

@@ -1,4 +1,4 @@
-"""Requests and replies, taken apart from the bytes on the wire."""
+"""Requests and replies, parsed from the bytes on the wire."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ from aero.protocol import FILLER, FRAME_SIZE, Opcode
 from hil.targets.wire_log import WireRecord
 
 MEASUREMENTS = range(0x22, 0x26)
-"""Opcodes of requests that the board answers with one frame, at once."""
+"""Opcodes of requests that the board answers with one frame at once."""
 UNANSWERED = {Opcode.CTRL_POS, Opcode.CTRL_TOR}
-"""Requests that are not answered."""
+"""Requests without a reply."""
 
 
 @dataclass
 class Exchange:
-    """A frame that was sent, and everything that came before the next one."""
+    """Sent frame, with all bytes received before the next one."""
 
     t: float
-    """When it was sent, s."""
+    """Time of sending, s."""
     frame: bytes
     opcode: int
-    """What was asked."""
+    """Opcode of the request."""
     received: bytes = b""
     times: list[float] = field(default_factory=list)
-    """When the pieces of that came, s."""
+    """Arrival times of the chunks in `received`, s."""
     completed: float | None = None
-    """When there was one whole reply, s."""
+    """Time at which one whole reply had arrived, s."""
 
 
 def exchanges(wire: Iterable[WireRecord]) -> list[Exchange]:
-    """Return the exchanges in order; what came before the first is left out."""
+    """Return the exchanges in order, without bytes before the first."""
     found: list[Exchange] = []
     for record in wire:
         if record.direction == "to_hand":
@@ -45,24 +45,24 @@ def exchanges(wire: Iterable[WireRecord]) -> list[Exchange]:
 
 
 def surplus_frames(made: Iterable[Exchange]) -> int:
-    """Return how many whole replies came when none was due any more, as of a link that doubles them."""
+    """Return the number of whole replies without an open request, as on a link that duplicates replies."""
     surplus = due = 0
     for exchange in made:
         due += exchange.opcode not in UNANSWERED
         frames = len(exchange.received) // FRAME_SIZE
         surplus += max(0, frames - due)
-        # Replies come in the order of their requests.
+        # replies arrive in the order of their requests
         last = exchange.received[FRAME_SIZE * (frames - 1) : FRAME_SIZE * frames]
         due = 0 if last[:1] == bytes((exchange.opcode,)) else max(0, due - frames)
     return surplus
 
 
 def lost_replies(made: Iterable[Exchange]) -> int:
-    """Return how many requests for a measurement were never answered.
+    """Return the number of measurement requests without a reply.
 
-    A reply that came late, after another request, is none of them: the host may have been busy. Replies come in the
-    order of their requests, so one to a later request shows that the earlier ones were lost. One with the opcode of a
-    request that is not waiting answers none.
+    A late reply, after another request, counts as received: the host may have been busy. Replies arrive in the order of
+    their requests, so a reply to a later request shows that earlier ones were lost. A reply with the opcode of no
+    waiting request is ignored.
     """
     lost = 0
     overdue: list[int] = []

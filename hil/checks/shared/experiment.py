@@ -1,4 +1,4 @@
-"""What all experiments share: how they are described, how they drive a hand, how their results are named."""
+"""Common parts of the experiments: description, sampling, names of results."""
 
 from __future__ import annotations
 
@@ -21,32 +21,34 @@ from hil.targets.target import Target
 
 Floats = NDArray[np.float64]
 Measured = Mapping[str, Mapping[str, float]]
-"""Subject (a channel's label, or `hand`) to metric to value: NaN where the hand did not let it be measured; a metric is
-not there where this computer was too late to take it. `reading` asks for one."""
+"""Values by subject (a channel's label, or `hand`) and metric; read with `reading`.
+
+NaN marks an unmeasurable value; a missing metric was too late on this computer.
+"""
 
 
 def reading(measured: Measured, subject: str, metric: str) -> float | None:
-    """Return a reading, NaN where the hand did not let it be measured, None where it is not there."""
+    """Return a reading; NaN if unmeasurable, None if missing."""
     value = measured.get(subject, {}).get(metric)
     return None if value is None else float(value)
 
 
 def finite(measured: Measured, subject: str, metric: str) -> float | None:
-    """Return a reading that is a number, None otherwise."""
+    """Return a finite reading, or None."""
     value = reading(measured, subject, metric)
     return value if value is not None and np.isfinite(value) else None
 
 
 SAMPLE_S = 0.02
-"""Time from one encoder reading to the next, s."""
+"""Period of the encoder readings, s."""
 CURRENT_EVERY = 5
 TEMPERATURE_EVERY = 50
-"""Samples of the encoders from one reading of the currents or temperatures to the next."""
+"""Number of encoder samples per reading of the currents or temperatures."""
 
 
 @dataclass(frozen=True)
 class Details:
-    """A table about one recording that the page shows folded, for who wants to know more."""
+    """Folded table of the page with details of one recording."""
 
     title: str
     text: str
@@ -56,28 +58,28 @@ class Details:
 
 @dataclass(frozen=True, kw_only=True)
 class Measuring:
-    """Something that is measured on a recording and judged."""
+    """Measurement on a recording, with judged metrics."""
 
     name: str
-    """Name on the command line, in files and in limits: that of its folder."""
+    """Name on the command line, in files and in limits; equals the folder's name."""
     title: str
-    """What it finds out, one line."""
+    """Purpose in one line."""
     measure: Callable[..., Measured]
-    """From a recording, or of `alike` from what was measured, by experiment."""
+    """Function of a recording; for `alike`, of the readings by experiment."""
     metrics: tuple[Metric, ...]
-    """Everything that `measure` returns."""
+    """All values that `measure` returns."""
     seconds: str = ""
-    """`all` when a finding takes the whole recording to see; the seconds in which its channel moves otherwise."""
+    """Stretch affected by scheduling delays: `all` for the whole recording, otherwise the channel's own motion."""
     details: Callable[[Recording], Details] | None = None
 
     @property
     def columns(self) -> tuple[Metric, ...]:
-        """One metric for each column of the table beside the paper, in their order; empty when it has no such table."""
+        """Metrics of the table beside the paper, in column order; empty without such a table."""
         shown = {metric.column.place: metric for metric in self.metrics if metric.column}
         return tuple(shown[place] for place in sorted(shown))
 
     def metric(self, name: str, subject: str) -> Metric:
-        """Return what is known of a number.
+        """Return the metric with this name on a subject.
 
         Raises:
             KeyError: it is not measured on that subject.
@@ -90,34 +92,34 @@ class Measuring:
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment(Measuring):
-    """Something that moves a hand, and what its recording says."""
+    """Motion of a hand, and the measurement of its recording."""
 
     run: Callable[[Target, Recorder, Progress], None]
-    """Begins the recorder, moves the hand, and leaves everything in the recorder."""
+    """Function that starts the recorder, moves the hand, and records all series."""
     furthest: tuple[float, ...]
-    """How far it sends each channel at most, part of the window, command order."""
+    """Largest commanded fraction of each channel's window, command order."""
     hand_s: float
-    """How long it takes about, s of hand time."""
+    """Approximate duration, s of hand time."""
     rank: int
-    """Place in the order in which a hand goes through the experiments: what asks least of it comes first."""
+    """Position in the run order; the least demanding experiment is first."""
     period_s: float = SAMPLE_S
-    """Planned time from one reading of the encoders to the next, s."""
+    """Planned period of the encoder readings, s."""
     gate: bool = False
-    """Whether a hand that fails it is kept from what follows."""
+    """Whether a hand that fails this experiment is excluded from the following ones."""
     gentle_after: tuple[str, ...] = ()
-    """Metrics of a gate whose failure alone does not keep gentle experiments back, so that they tell more."""
+    """Metrics of a gate whose failure alone still permits gentle experiments, for more evidence."""
     gentle: bool = False
-    """Whether it moves little enough for a hand that pushes against something."""
+    """Whether the motion is small enough for a hand in contact with an obstacle."""
     pushes_at_stops: bool = False
-    """Whether it holds the thumb at a stop, which a guard permits at limited torque only."""
+    """Whether the experiment holds the thumb at a stop, which a guard permits only at limited torque."""
     by_default: bool = True
-    """Whether it runs without being asked for by name."""
+    """Whether the experiment runs by default."""
     asks: bool = False
-    """Whether a person answers; no known fault is told from answers."""
+    """Whether a person answers; answers do not identify faults."""
 
 
 def require(holds: bool, lacks: str) -> None:
-    """See that a recording holds what is measured.
+    """Raise unless a recording contains the required data.
 
     Raises:
         CannotBeMeasuredError: it lacks that.
@@ -127,7 +129,7 @@ def require(holds: bool, lacks: str) -> None:
 
 
 def complete(measure: Callable[[Recording], Measured]) -> Callable[[Recording], Measured]:
-    """Return a measurement that refuses a recording in which a series has less than two samples."""
+    """Return a measurement that rejects a recording with fewer than two samples in a series."""
 
     @wraps(measure)
     def measured(recording: Recording) -> Measured:
@@ -141,20 +143,20 @@ def complete(measure: Callable[[Recording], Measured]) -> Callable[[Recording], 
 def record(
     experiment: Experiment, target: Target, path: Path | None = None, *, progress: Progress = silent
 ) -> Recording:
-    """Run one experiment and return its recording, written to the MCAP file `path` as it is made unless None."""
+    """Run one experiment and return its recording, written to the MCAP file `path` meanwhile if given."""
     recorder = Recorder(target, experiment.name, path)
     experiment.run(target, recorder, progress)
     return recorder.finish()
 
 
 CATCHES_UP_S = 0.1
-"""Lateness that the next hold may make up for, s; a shorter hold would not bring the hand where it is read."""
+"""Largest lateness that the next hold may catch up, s; a shorter hold would end before the hand arrives."""
 
 
 def sample(target: Target, recorder: Recorder, goal: NDArray[np.uint16], before: int) -> float:
-    """Read the encoders, then command codes (7,), as a policy does; return when the command was sent, s.
+    """Read the encoders, then command codes (7,), as a policy does; return the send time of the command, s.
 
-    Currents and temperatures are read at times only: `before` is how many samples came before this one.
+    Currents and temperatures are read less often: `before` is the number of earlier samples.
     """
     codes = target.hand.read_codes()
     recorder.add("codes", target.wire.sent_at, codes)
@@ -169,10 +171,10 @@ def sample(target: Target, recorder: Recorder, goal: NDArray[np.uint16], before:
 
 
 class Sampler:
-    """Moves a target at the encoders' sample rate and records everything it reads."""
+    """Motion of a target at the encoders' sample rate, with all readings recorded."""
 
     def __init__(self, target: Target, recorder: Recorder, progress: Progress, seconds: float) -> None:
-        """Start sampling, the recorder having begun; `seconds` is the planned hand time, for the progress."""
+        """Start sampling with a started recorder; `seconds` is the planned hand time, for the progress."""
         self.recorder = recorder
         self._target = target
         self._progress = progress
@@ -181,14 +183,14 @@ class Sampler:
         self._next = self.recorder.start
 
     def resume(self) -> None:
-        """Go on sampling from now, after something else has used up time."""
+        """Restart the sample clock after other work took time."""
         self._next = self._target.clock.now()
 
     def hold(self, codes: ArrayLike, seconds: float, doing: str) -> None:
         """Command codes (7,) at every sample for `seconds`, reading before each command as a policy does.
 
-        A host that is late by whole samples leaves them out, so that what follows begins when it was planned. One that
-        begins late by more than `CATCHES_UP_S` holds for the whole time, and what follows is later.
+        A host that is late by whole samples skips them, so that the next hold starts on time. If a hold starts late by
+        more than `CATCHES_UP_S`, it keeps its full duration and delays the next.
         """
         target, clock = self._target, self._target.clock
         if clock.now() - self._next > CATCHES_UP_S:
@@ -206,14 +208,14 @@ class Sampler:
 
 
 def one_closed(channel: Channel, fraction: float) -> NDArray[np.uint16]:
-    """Return codes (7,) of an open hand with one channel closed by a part of its window."""
+    """Return codes (7,) of an open hand with one channel closed by a fraction of its window."""
     codes = np.zeros(len(Channel), np.uint16)
     codes[channel] = round(fraction * MAX_CODE)
     return codes
 
 
 def map_of(header: Header) -> ActuationMap:
-    """Return the actuation map that a recording was made with."""
+    """Return the actuation map of a recording."""
     return ActuationMap.for_firmware(header.firmware, header.window, hand=header.hand)
 
 
@@ -231,6 +233,6 @@ def last_before(times: Floats, values: Floats, t: float) -> Floats:
 
 
 LOOSE_GRASP = (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4)
-"""Parts of each channel's window: half closed, and no digit meets another."""
+"""Fraction of each channel's window: half closed, without contact between digits."""
 OPENED = np.zeros(len(Channel))
 """Codes (7,) of the open hand."""

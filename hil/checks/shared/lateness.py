@@ -1,4 +1,4 @@
-"""When this computer, or an emulated board on it, was held up: as its loops noted, and as the times of bytes tell."""
+"""Delays of this computer, or of an emulated board on it, from loop records and from the times of bytes."""
 
 from __future__ import annotations
 
@@ -14,24 +14,31 @@ from hil.targets.delays import Delay, Loop
 from hil.targets.wire_log import WireRecord
 
 LATE_S = 0.015
-"""Time that a computer may be late, s: desktops without a real-time kernel are by up to 10 ms. Beyond it a reading that
-is a time does not stand."""
+"""Threshold of a delay, s; above it a reading of a time is not judged.
+
+Desktops without a real-time kernel are late by up to 10 ms.
+"""
 VERY_LATE_S = 0.2
-"""Time from which on no reading stands, s: a hand that is held for half a second may not have come to rest."""
+"""Threshold of a delay, s; above it no reading is judged: a hand held for half a second may not have settled."""
 OFTEN, THROUGHOUT = 0.01, 0.02
-"""Parts of a recording in which the program was held up: from the first on a time that is out of limits does not stand,
-from the second on none does. Beside four busy processes 0.02 to 0.5, on an idle computer 0."""
+"""Thresholds of the delayed fraction of a recording.
+
+Above the first, times out of limits are not judged; above the second, no times. Beside four busy processes the fraction
+is 0.02 to 0.5, on an idle computer 0.
+"""
 LEAST_SAMPLES = 10
-"""Readings from which on a program has a rhythm."""
+"""Smallest number of readings that define a program's rhythm."""
 FEW = 0.02
-"""Part of the replies that may come late and still be a computer's doing: a link or a board is late more often."""
+"""Threshold of the fraction of late replies; above it they count as a fault of link or board, not of the computer."""
 BUSY = 3
-"""Delays of the program beyond `LATE_S`, as its loop noted them, from which on any number of late replies is the
-computer's doing: an emulated board runs on it too."""
+"""Number of recorded program delays above `LATE_S`; from it all late replies are attributed to the computer.
+
+An emulated board runs on the busy computer too.
+"""
 
 
 def held_up(recording: Recording, period_s: float) -> tuple[Delay, ...]:
-    """Return when a recording shows that nothing was done for longer than `LATE_S` although it was due.
+    """Return the stretches of a recording in which due work was delayed by more than `LATE_S`.
 
     Args:
         recording: of an experiment that reads its encoders regularly.
@@ -55,18 +62,18 @@ def held_up(recording: Recording, period_s: float) -> tuple[Delay, ...]:
 
 
 def part_late(recording: Recording) -> float:
-    """Return the part of a recording in which the program's loop was held up, by however little each time."""
+    """Return the fraction of a recording in which the program's loop was delayed, however briefly each time."""
     held_up_s = sum(delay.by_s for delay in recording.delays if delay.loop is Loop.PROGRAM)
     return held_up_s / recording.header.duration_s if held_up_s else 0.0
 
 
 def _gaps(wire: Sequence[WireRecord]) -> tuple[list[Delay], list[Delay]]:
-    """Return the stretches between exchanges, in which the program does as it pleases, and those of the exchanges."""
+    """Return the gaps between exchanges, which the program controls, and the response times of the exchanges."""
     made = exchanges(wire)
     idle = list[Delay]()
     for one, following in pairwise(made):
         over = one.times[-1:] or [one.t] * (one.opcode in UNANSWERED)
-        # After bytes that nobody asked for, the driver waits until the line is quiet.
+        # after unsolicited bytes, the driver waits for a quiet line
         if over and len(one.received) <= FRAME_SIZE:
             idle.append(Delay(following.t, following.t - over[0], Loop.PROGRAM))
     asked = (one for one in made if one.times and one.opcode not in UNANSWERED)
@@ -74,5 +81,5 @@ def _gaps(wire: Sequence[WireRecord]) -> tuple[list[Delay], list[Delay]]:
 
 
 def longest(delays: Iterable[Delay], start: float, end: float) -> float:
-    """Return the longest of the delays that touch a time from `start` to `end`, s; 0 without any."""
+    """Return the longest delay that overlaps the interval from `start` to `end`, s; 0 without any."""
     return max((one.by_s for one in delays if one.t - one.by_s < end and one.t > start), default=0.0)

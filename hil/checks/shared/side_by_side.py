@@ -1,4 +1,4 @@
-"""One stream of simulator lengths through the simulator and the hand side by side."""
+"""Parallel run of one command stream on the simulator and the hand."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 
 MODEL_STEP_S = 0.01
-"""Time step of the routed hand, and of its trace."""
+"""Time step of the routed hand and its trace, s."""
 
 
 def follow(
@@ -31,7 +31,7 @@ def follow(
     doing: Callable[[int], str],
     progress: Progress = silent,
 ) -> None:
-    """Send one stream of lengths to both, at one rate.
+    """Send one stream of lengths to simulator and hand at a common rate.
 
     At every sample the encoders are read first and the command is sent after, as a policy does. A command beyond the
     hand's window waits at its end, and an event says so.
@@ -71,7 +71,7 @@ def follow(
             simulated += 1
 
     def catch_up(t: float, least: int) -> int:
-        """Bring the simulator to a time, for the hand holds its command too; return by how many steps, from `least`."""
+        """Advance the simulator to time `t` if it lags by `least` steps or more; return the number of steps."""
         late = int((t - recorder.start) / MODEL_STEP_S) - simulated
         if late < least:
             return 0
@@ -87,13 +87,13 @@ def follow(
             clock.sleep_until(recorder.start + simulated * MODEL_STEP_S)
             catch_up(clock.now(), steps)
             sent = sample(target, recorder, goals[i], i)
-            # The answer may have taken its time; simulator and hand get the command together.
+            # The reply may have taken time; simulator and hand get the command together.
             late = catch_up(sent, 1)
             recorder.add("command", sent, command)
             simulator.command(command)
             simulate(steps - late if late < steps else steps)
             progress((i + 1) / len(commands), doing(i))
-    finally:  # of an aborted run as well
+    finally:  # also for an aborted run
         for series, source in (("hand", "codes"), ("goal", "command_codes")):
             recorder.derive(series, source, codec.lengths_from_codes)
         recorder.derive("travel", "codes", lambda codes: codec.travel_from_angles(codec.angles_from_codes(codes)))

@@ -1,4 +1,4 @@
-"""Small operations on sampled signals, and the steps of commands, that several experiments share."""
+"""Operations on sampled signals and command steps, shared by the experiments."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from hil.recordings.recording import Series
 Floats = NDArray[np.float64]
 
 MILLI = 1e3
-"""People read `mm` and `mrad` where series hold `m` and `rad`."""
+"""Factor from m and rad to the displayed mm and mrad."""
 
 
 def at_times(times: Floats, values: Floats, at: Floats) -> Floats:
-    """Interpolate each column of `values` (n, k) linearly to the times `at`; returns (m, k)."""
+    """Return each column of `values` (n, k), linearly interpolated at the times `at`, (m, k)."""
     return np.stack([np.interp(at, times, column) for column in values.T], axis=1)
 
 
@@ -31,13 +31,13 @@ def in_force(commands: Series, at: Floats) -> Floats:
 
 
 def rms(values: Floats) -> float:
-    """Return the root mean square; NaN of nothing."""
+    """Return the root mean square; NaN for an empty array."""
     return float(np.sqrt(np.mean(np.square(values)))) if values.size else np.nan
 
 
 @dataclass(frozen=True)
 class CommandStep:
-    """One change of one channel's command, and the time until any command changes again."""
+    """Change of one channel's command, and the time until the next change of any command."""
 
     channel: int
     start: float
@@ -49,7 +49,7 @@ class CommandStep:
 
 
 def find_steps(times: Floats, command: Floats) -> list[CommandStep]:
-    """Find every step of a command stream.
+    """Return every step of a command stream.
 
     Args:
         times: (n,) float, s.
@@ -73,7 +73,7 @@ def find_steps(times: Floats, command: Floats) -> list[CommandStep]:
 
 
 def own_stretch(steps: Iterable[CommandStep], channel: int) -> tuple[float, float] | None:
-    """Return the first stretch in which only this channel is commanded, or its first step; None without a step, s."""
+    """Return start and end (s) of the first interval that commands only this channel; None without a step."""
     stretch: list[CommandStep] = []
     for step in steps:
         if step.channel == channel:
@@ -89,7 +89,7 @@ def own_stretch(steps: Iterable[CommandStep], channel: int) -> tuple[float, floa
 # mirrored. A positive current pulls towards lower counts. Source: mounting of the servos (`aero-open-firmware` d7bd82e)
 # and the public logs of June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e).
 def closing_current(currents: Floats, side: Literal["right", "left"]) -> Floats:
-    """Return currents with the sign of what they do to the hand: positive pulls the channel closed.
+    """Return currents with the sign of their effect: positive closes the channel.
 
     Args:
         currents: (..., 7) as read, A.

@@ -1,4 +1,4 @@
-"""What a number is measured on: a channel, by its label, or the whole hand; and groups of them, as tables name them."""
+"""Subjects of a measurement: channels by label, or the whole hand; and groups of subjects as named in tables."""
 
 from aero import channels
 
@@ -15,11 +15,11 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "thumb_cables": THUMB_CABLES,
     **{subject: (subject,) for subject in SUBJECTS},
 }
-"""Name in `checks.toml` to subjects."""
+"""Subjects by group name in `checks.toml`."""
 
 
 def subject_words(subject: str) -> str:
-    """Return a subject as people say it inside a sentence: `ring finger`, `thumb CMC flexion`, `hand`."""
+    """Return a subject as words within a sentence: `ring finger`, `thumb CMC flexion`, `hand`."""
     if subject in FINGERS:
         return f"{subject} finger"
     return subject.replace("_", " ").replace("cmc", "CMC")

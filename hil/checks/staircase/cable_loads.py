@@ -1,7 +1,7 @@
-"""What a staircase says about each cable: its spring load, its friction, and how much of it was slack.
+"""Load of each cable in a staircase: spring load, friction, slack.
 
-At every level the servo's current is read once on the way up and once on the way down. Half their sum is the load
-that the return springs put on the cable, half their difference is friction.
+The servo current is sampled at every level on the way up and on the way down. Half the sum is the load of the return
+springs, half the difference is friction.
 """
 
 from __future__ import annotations
@@ -19,28 +19,31 @@ from hil.recordings.recording import Recording
 Floats = NDArray[np.float64]
 
 TAUT_A = 0.04
-"""Spring load from which a cable counts as taut. Slack cables of emulated hands read up to 0.01 A; a taut one of weak
-springs reads 0.07 A with the palm down, where the finger's weight closes it."""
+"""Threshold of the spring load, A; from it a cable counts as taut.
+
+Slack cables of emulated hands read up to 0.01 A; a taut one with weak springs reads 0.07 A with the palm down, where
+the finger's weight closes the finger.
+"""
 MIDDLE = slice(0.3, 0.8)
-"""Part of the sweep whose median stands for the channel: clear of take-up and of end stops."""
+"""Part of the sweep for the channel's medians, clear of take-up and end stops."""
 EARLY, LATE = (0.15, 0.45), (0.55, 0.85)
-"""Parts of the sweep whose spring loads are compared: clear of take-up, and of the stop, where a motor may stall."""
+"""Parts of the sweep whose spring loads are compared, clear of take-up and of the stop, where a motor may stall."""
 
 
 @dataclass(frozen=True)
 class Load:
-    """One cable's load over its sweep."""
+    """Load of one cable over its sweep."""
 
     travel_mm: Floats
-    """(n,) cable travel at each level but the top, on the way up."""
+    """Cable travel at each level below the top, on the way up, (n,), mm."""
     spring_a: Floats
-    """(n,) half the sum of both ways."""
+    """Half the sum of the currents of both ways, (n,), A."""
     friction_a: Floats
-    """(n,) half the difference."""
+    """Half the difference of the currents of both ways, (n,), A."""
 
     @property
     def take_up_mm(self) -> float:
-        """Travel of the last level that is still slack; zero when the first is taut, all of it when none is."""
+        """Travel at the last slack level, mm; 0 if the first is taut, the whole travel if none is taut."""
         taut = np.flatnonzero(self.spring_a >= TAUT_A)
         slack = int(taut[0]) if taut.size else len(self.spring_a)
         return float(self.travel_mm[slack - 1]) if slack else 0.0
@@ -52,14 +55,14 @@ class Load:
 
     @property
     def friction(self) -> float:
-        """Upper quartile of the friction in the middle of the sweep, A: a stiff joint may move in a part of it only."""
+        """Upper quartile of the friction in mid-sweep, A, to include a stiff joint that moves in only a part of it."""
         return float(np.quantile(self.friction_a[self._middle], 0.75))
 
     @property
     def spring_shape(self) -> float:
-        """Spring load of the second half over that of the first; NaN where that carries no load.
+        """Ratio of the spring loads late and early in the sweep; NaN without load early in the sweep.
 
-        Springs of one finger that are stronger or weaker together leave it as it is; one joint's alone changes it.
+        A common change of a finger's springs does not affect the ratio; a change at one joint does.
         """
         halves = [self.spring_a[self._part(*part)] for part in (EARLY, LATE)]
         if not all(half.size for half in halves):  # a short staircase

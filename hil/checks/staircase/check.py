@@ -1,8 +1,8 @@
-"""The paper's dynamic validation: one command stream drives the simulator and the hand through every channel's range.
+"""Dynamic validation of the paper: one command stream for simulator and hand through every channel's range.
 
-The stream is data (`Staircase.commands`), the experiment a function from a target and a simulator to a recording.
-The paper publishes neither the number of levels nor their timing; 20 levels up and down reproduce its simulated rise
-times, and 0.48 s leave settled samples (0.4 s after a change) on every level.
+The stream is data (`Staircase.commands`), the experiment a function from a target and a simulator to a recording. The
+paper publishes neither the number of levels nor their timing; 20 levels up and down reproduce its simulated rise times,
+and 0.48 s per level include settled samples (0.4 s after a change).
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ __all__ = ["FURTHEST", "Staircase", "details", "measure", "run", "run_staircase"
 Floats = NDArray[np.float64]
 
 FULL: Mapping[Channel, float] = dict.fromkeys(Channel, 1.0)
-"""Every channel through its whole range."""
+"""Full range of every channel."""
 FURTHEST = (1.0,) * len(Channel)
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 SAMPLE_PERIOD_S = 0.02
 
 
 def stream(levels: ArrayLike, hold_s: float, lead_s: float, period_s: float = SAMPLE_PERIOD_S) -> Floats:
-    """Return a stream (n, 7) of parts of each channel's range, in which one channel after the other moves.
+    """Return a stream (n, 7) of fractions of each channel's range; the channels move one after another.
 
     Args:
         levels: (7, k) float, where each channel goes, one level after another; it ends at 0.
@@ -55,16 +55,16 @@ def stream(levels: ArrayLike, hold_s: float, lead_s: float, period_s: float = SA
 
 @dataclass(frozen=True)
 class Staircase:
-    """The command stream: each channel in turn climbs to its closed end in equal levels and back."""
+    """Command stream: each channel in turn closes in equal levels and opens again."""
 
     levels: int = 20
-    """Levels from open to closed."""
+    """Number of levels from open to closed."""
     hold_s: float = 0.48
-    """Time at each level, a multiple of the sample period."""
+    """Time at each level, s; a multiple of the sample period."""
     sample_period_s: float = SAMPLE_PERIOD_S
-    """Time from one encoder reading and command to the next, a multiple of `MODEL_STEP_S`."""
+    """Period of encoder readings and commands, s; a multiple of `MODEL_STEP_S`."""
     lead_s: float = 0.96
-    """Time at the open hand before the first level, for everything to come to rest."""
+    """Settling time at the open hand before the first level, s."""
 
     def __post_init__(self) -> None:
         for name in ("hold_s", "lead_s"):
@@ -97,7 +97,7 @@ def run_staircase(
     reach: Mapping[Channel, float] = FULL,
     progress: Progress = silent,
 ) -> None:
-    """Drive simulator and hand through the staircase; what `follow` leaves is in the recorder.
+    """Drive simulator and hand through the staircase; the recorder gets the series of `follow`.
 
     Args:
         target: the hand; it moves through its whole range.
@@ -127,7 +127,7 @@ def run_staircase(
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Run the default staircase, 135 s of hand time, beside the routed hand of the target's side."""
+    """Run the default staircase (135 s of hand time) beside the routed hand of the target's side."""
     run_staircase(target, recorder, RoutedHand(target.side), Staircase(), progress=progress)
 
 
@@ -143,15 +143,15 @@ def measure(recording: Recording) -> Measured:
         found[channel.label]["resolution"] = resolution(recording["codes"].values[:, channel], int(spans[channel]))
     for channel, load in loads(recording).items():
         found[channel.label] |= {"take_up": load.take_up_mm, "spring": load.spring, "friction": load.friction}
-        if channel is not Channel.THUMB_CMC_FLEXION and np.isfinite(load.spring_shape):  # of which no check judges it
+        if channel is not Channel.THUMB_CMC_FLEXION and np.isfinite(load.spring_shape):  # no limit
             found[channel.label]["spring_shape"] = load.spring_shape
     return found
 
 
 def resolution(codes: NDArray[np.float64], span_counts: int) -> float:
-    """Return the resolution of readings (n,), servo counts: 95 % of the steps between distinct readings are as large.
+    """Return the resolution of readings (n,), servo counts: the 5 % quantile of steps between distinct readings.
 
-    The board reports whole counts of the window; an encoder that has lost its lower bits moves in larger steps.
+    The board reports whole counts of the window; an encoder without its lower bits moves in larger steps.
     """
     counts = np.ceil(np.unique(codes) * span_counts / MAX_CODE - 1e-9)
     steps = np.diff(np.unique(counts))

@@ -1,4 +1,4 @@
-"""Each channel's calibrated range in the simulator, and the part of it that a hand can follow under its window."""
+"""Calibrated range of each channel in the simulator, and its reachable part within a hand's window."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from model import RoutedHand
 Floats = NDArray[np.float64]
 
 SWEEP_SETTLE_S = 2.0
-"""Time a simulated actuator gets to reach the end of its range, s."""
+"""Time for a simulated actuator to reach the end of its range, s."""
 _MARGIN_RAD = 1e-6
-"""Kept from the ends of the window, so that rounding does not carry a command over them."""
+"""Margin to the window's ends, rad, against rounding beyond the window."""
 
 
 def calibrated_range(simulator: RoutedHand) -> Floats:
-    """Sweep one actuator after the other over its range and return the extremes its sensor reached, (7, 2) m and rad.
+    """Sweep one actuator after another over its range; return the extremes of its sensor, (7, 2) m and rad.
 
-    The other cables are paid out and the thumb is not abducted meanwhile. This is how the paper obtains the lengths
-    between which a finger's map is anchored.
+    Meanwhile the other cables are extended and the thumb is not abducted. The paper anchors a finger's map between such
+    lengths.
     """
     extended = simulator.command_range[:, 1].copy()
     extended[Channel.THUMB_ABDUCTION] = simulator.command_range[Channel.THUMB_ABDUCTION, 0]
@@ -41,7 +41,7 @@ def calibrated_range(simulator: RoutedHand) -> Floats:
 
 
 def reachable(codec: ActuationMap, length_range: Floats) -> tuple[Floats, Floats]:
-    """Return where each channel waits (open) and how far it can be swept, as simulator lengths.
+    """Return each channel's open and closed end of the reachable sweep, as simulator lengths.
 
     The sweep of one channel runs from its open end to its closed end while all others are open. Either end is the
     simulator's own, or the length at which the channel's shaft meets the end of its window, whichever comes first.
@@ -77,7 +77,7 @@ def reachable(codec: ActuationMap, length_range: Floats) -> tuple[Floats, Floats
 
 
 def _angles(codec: ActuationMap, opened: Floats, closed: Floats, channel: Channel) -> tuple[float, float]:
-    """Return the channel's shaft angle with all channels open, and with only itself closed, rad."""
+    """Return the channel's shaft angle with all channels open, and with only this channel closed, rad."""
     lengths = np.stack([opened, opened])
     lengths[1, channel] = closed[channel]
     angles = codec.angles_from_travel(codec.travel_from_lengths(lengths))[:, channel]

@@ -1,4 +1,4 @@
-"""How a trace answers one command step: its change, its 10-90 % rise time, its overshoot."""
+"""Response of a trace to one command step: change, 10-90 % rise time, overshoot."""
 
 from __future__ import annotations
 
@@ -14,37 +14,39 @@ from hil.recordings.errors import CannotBeMeasuredError
 Floats = NDArray[np.float64]
 
 IN_TIME_S = 0.025
-"""Longest gap between two samples across which a rise is measured, s: 1.25 periods of 20 ms. Across a longer gap a rise
-of 50 ms reads up to 50 % too long."""
+"""Threshold of the gap between two samples, s (1.25 periods of 20 ms); above it a rise is not measured.
+
+Across a longer gap, a rise of 50 ms reads up to 50 % too long.
+"""
 LEAST_IN_TIME = 0.25
-"""Least fraction of the steps that must be sampled in time; fewer resolve their median to 10 ms only."""
+"""Smallest fraction of the steps with samples in time; below it the median resolves only to 10 ms."""
 MATCHED_FRACTION = 0.8
-"""Least fraction of a step that the trace must cover, in its direction, to count as answered."""
+"""Smallest fraction of a step that a following trace covers in the step's direction."""
 
 
 @dataclass(frozen=True)
 class Response:
-    """A trace's answer to one step."""
+    """Response of a trace to one step."""
 
     change: float
-    """Last sample before `end` less the sample at `start`, in the trace's unit."""
+    """Last sample before `end` minus the sample at `start`, in the trace's unit."""
     rise: float
-    """10-90 % time of that change, linear between samples, s; NaN when the trace did not move."""
+    """10-90 % time of the change, linear between samples, s; NaN without motion."""
     rise_on_grid: float
-    """The same from the first sample at or above 10 % to the first at or above 90 %, s: a whole number of samples."""
+    """10-90 % time in whole samples, from the first at or above 10 % to the first at or above 90 %, s."""
     overshoot: float
-    """Greatest excess over the last sample, as a part of the change, not negative; NaN when it did not move."""
+    """Largest excess over the last sample, as a non-negative fraction of the change; NaN without motion."""
     gap: float = 0.0
-    """Longest time between the two samples on either side of 10 %, or of 90 %, s."""
+    """Longest interval of two samples around the 10 % or 90 % crossing, s."""
 
     def answers(self, step: CommandStep) -> bool:
-        """Whether the trace followed the step by at least `MATCHED_FRACTION` of it."""
+        """Return whether the trace followed at least `MATCHED_FRACTION` of the step."""
         asked = step.after - step.before
         return bool(self.change * np.sign(asked) >= MATCHED_FRACTION * abs(asked))
 
 
 def respond(step: CommandStep, times: Floats, values: Floats) -> Response:
-    """Measure how a trace answers a step.
+    """Measure the response of a trace to a step.
 
     Args:
         step: the step.
@@ -72,15 +74,15 @@ def respond(step: CommandStep, times: Floats, values: Floats) -> Response:
 
 
 def median_rise(answers: Sequence[Response]) -> float:
-    """Return the median rise of some answers that were sampled in time, s; NaN without any, or with too few of them.
+    """Return the median rise of responses sampled in time, s; NaN with too few of them.
 
-    Between samples that lie far apart a rise reads too long. So of a host that is late in some steps the others count.
+    A rise between distant samples reads too long, so late steps of the host are excluded.
     """
     in_time = [answer.rise for answer in answers if answer.gap <= IN_TIME_S]
     return float(np.median(in_time)) if in_time and len(in_time) >= LEAST_IN_TIME * len(answers) else np.nan
 
 
 def _crossing(t: Floats, progress: Floats, i: int, level: float) -> float:
-    """Return when `progress` crosses `level` on its way from sample `i - 1` to sample `i`, linear in between."""
+    """Return the time at which `progress` crosses `level` between samples `i - 1` and `i`, by linear interpolation."""
     part = (level - progress[i - 1]) / (progress[i] - progress[i - 1])
     return float(t[i - 1] + part * (t[i] - t[i - 1]))

@@ -1,9 +1,8 @@
-"""A short staircase: what tracking and rise time of every channel cost least, half a minute of hand time.
+"""Short staircase: cheapest test of tracking and rise time of every channel, half a minute of hand time.
 
-Each channel goes to a loose grasp, climbs two steps of 5 % of its range there, as the paper's staircase does, comes
-down again and opens. Nothing meets a stop, so any firmware may run it, guarded or not. Five per cent tell most: a
-servo's gain, its speed and its motion profile all show in such a step, and the hand's mechanics hardly do. Leaves what
-`follow` leaves.
+Each channel goes to a loose grasp, makes two steps of 5 % of its range up and down, as in the paper's staircase, and
+opens. No channel reaches a stop, so any firmware may run the test, guarded or not. Steps of 5 % are sensitive to a
+servo's gain, speed and motion profile, and hardly to the hand's mechanics. Records the series of `follow`.
 """
 
 from __future__ import annotations
@@ -25,16 +24,16 @@ from hil.targets.target import Target
 from model import RoutedHand
 
 STEP = 0.05
-"""Part of the range, as each of the paper's twenty levels."""
+"""Step height, fraction of the range; as each of the paper's twenty levels."""
 STEPS = (0, 1, 2, 1, 0)
-"""Levels above the grasp, one after another, before the channel opens again."""
+"""Sequence of levels above the grasp before the channel opens again."""
 HOLD_S, LEAD_S = 0.6, 0.6
-"""Time at each level, and at the open hand before the first, s; 0.4 s after a change a sample counts as settled."""
+"""Time at each level, and at the open hand before the first, s; samples count as settled 0.4 s after a change."""
 FURTHEST = tuple(foot + STEP * max(STEPS) for foot in LOOSE_GRASP)
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 STREAM = stream([[*(foot + STEP * step for step in STEPS), 0.0] for foot in LOOSE_GRASP], HOLD_S, LEAD_S)
 LEAST_PART = 0.5
-"""Part of a step that has to be made for its rise to count: friction swallows some of those that turn back."""
+"""Smallest completed fraction of a step whose rise counts; friction absorbs part of a reversing step."""
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
@@ -54,7 +53,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return, by channel, rise (ms) and settled residual in its sweep (mm, mrad).
+    """Return, by channel, rise (ms) and settled residual (mm, mrad) in its sweep.
 
     The rise of a channel is withheld where the host was late in all of its steps.
 

@@ -1,8 +1,7 @@
-"""Numbers from a staircase recording, as the paper's dynamic validation defines them.
+"""Metrics of a staircase recording, as defined by the paper's dynamic validation.
 
-Everything here is a pure function of the recording's series: `command` and `hand` (simulator length of each channel,
-m or rad), `model` (the same from the simulator, on its own time base) and `travel` (cable the spools have wound in,
-m or rad).
+All functions are pure functions of the recording's series: `command` and `hand` (simulator length of each channel, m or
+rad), `model` (simulator length on the simulator's own time base) and `travel` (cable wound onto the spools, m or rad).
 """
 
 from __future__ import annotations
@@ -23,11 +22,11 @@ Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 QUIET_COMMAND_S = 0.4
-"""A sample is settled when no command has changed for this long ..."""
+"""Time without a command change before a sample counts as settled, s. Source: paper, section "Dynamic validation"."""
 QUIET_TRACE_S = 0.1
-"""... and over this long ..."""
+"""Window before a settled sample in which neither trace moves by more than `QUIET_TRACE_FRACTION`, s."""
 QUIET_TRACE_FRACTION = 0.005
-"""... neither trace has moved by more than this part of its range; paper, section "Dynamic validation"."""
+"""Fraction of its range that a trace may move within `QUIET_TRACE_S`."""
 
 TEXT = (
     "The residual is the sum of three errors: the simulator's actuator stops short of its command, the map's two "
@@ -35,11 +34,11 @@ TEXT = (
     "last three numbers are the RMS of each."
 )
 _TICK = 1e-6
-"""Slack of time comparisons, s: far below a sample, far above rounding."""
+"""Tolerance of time comparisons, s: far below a sample, far above rounding."""
 
 
 def residuals(recording: Recording) -> tuple[Floats, Mask]:
-    """Return hand less simulator at the hand's sample times, (n, 7) m or rad, and which samples are settled, (n, 7)."""
+    """Return hand minus simulator at the hand's sample times, (n, 7) m or rad, and the mask of settled samples."""
     command, hand = recording["command"], recording["hand"]
     model = at_times(recording["model"].times, recording["model"].values, hand.times)
     ranges = np.ptp(command.values, axis=0)
@@ -49,7 +48,7 @@ def residuals(recording: Recording) -> tuple[Floats, Mask]:
 
 
 def quiet_command(times: Floats, command: Floats, at: Floats) -> Mask:
-    """Return at which of the times `at` (m,) no command had changed for `QUIET_COMMAND_S`.
+    """Return the mask of the times `at` (m,) without a command change in the last `QUIET_COMMAND_S`.
 
     Args:
         times: (n,) float, s, of the commands.
@@ -63,7 +62,7 @@ def quiet_command(times: Floats, command: Floats, at: Floats) -> Mask:
 
 
 def quiet_trace(times: Floats, values: Floats, ranges: Floats) -> Mask:
-    """Return where each trace stayed within `QUIET_TRACE_FRACTION` of its range over the last `QUIET_TRACE_S`.
+    """Return the mask of samples within `QUIET_TRACE_FRACTION` of the trace's range over the last `QUIET_TRACE_S`.
 
     Args:
         times: (n,) float, s.
@@ -83,7 +82,7 @@ def quiet_trace(times: Floats, values: Floats, ranges: Floats) -> Mask:
 
 
 def staircase_metrics(recording: Recording) -> dict[Channel, dict[str, float]]:
-    """Evaluate a recording of the staircase (`Staircase` in `check.py`): each channel's row of the table, by metric.
+    """Evaluate a recording of the staircase: each channel's table row, by metric.
 
     Lengths are in mm, of the abduction in mrad. Of the simulator a rise counts whole integrator steps, as the paper
     does; of the hand it is linear between encoder samples, which are coarse against it, and left out where the host was
@@ -140,7 +139,7 @@ def _span(times: Floats, values: Floats, steps: list[CommandStep]) -> float:
 
 
 def residual_sources(recording: Recording) -> dict[Channel, dict[str, float]]:
-    """Return the settled RMS of each source by channel, mm or mrad; as signed numbers they add up to the residual."""
+    """Return the settled RMS of each error source by channel, mm or mrad; the signed errors add up to the residual."""
     hand = recording["hand"]
     residual, settled = residuals(recording)
     commanded, goal = (in_force(recording["command"], hand.times), in_force(recording["goal"], hand.times))
@@ -152,7 +151,7 @@ def residual_sources(recording: Recording) -> dict[Channel, dict[str, float]]:
 
 
 def details(recording: Recording) -> Details:
-    """Return each channel's tracking error, taken apart."""
+    """Return each channel's tracking error, split by source."""
     rows, sources, units = staircase_metrics(recording), residual_sources(recording), recording["command"].units
     return Details(
         "What the tracking error consists of",

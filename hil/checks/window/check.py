@@ -1,8 +1,8 @@
-"""Window: how much of each command window lies beyond the channel's travel, at its open and at its closed end.
+"""Window: margin of each command window beyond the channel's travel at the open and closed end.
 
-Each cable is wound slowly from the open hand, and each finger then closed to its stop. A trim by zero degrees asks the
-board where a window begins and, with firmware `main`, where the servo stands; it changes nothing. Asked for by name
-only. Leaves `codes`, `command_codes` and `currents`.
+Each cable is wound slowly from the open hand, then each finger is closed to its stop. A trim by zero degrees reads the
+window's origin and, with firmware `main`, the servo's position; it changes nothing. Runs only by name. Records `codes`,
+`command_codes` and `currents`.
 """
 
 from __future__ import annotations
@@ -21,24 +21,27 @@ from hil.targets.target import Target
 Floats = NDArray[np.float64]
 
 WOUND = 0.35
-"""How far a cable is wound slowly, part of the window: a third of a finger's travel."""
+"""Slow part of the winding, fraction of the window; a third of a finger's travel."""
 WIND_S, HOLD_S = 3.5, 0.9
-"""Time to wind it, and at either end, s."""
+"""Winding time, and time at either end, s."""
 FURTHEST = tuple(1.0 if channel in FINGERS else WOUND for channel in Channel)
-"""How far each channel is sent at most, part of its window, command order."""
+"""Largest commanded fraction of each channel's window, command order."""
 LOADED_A = 0.2
-"""Median current that a wound cable draws at least, A; a spool alone draws 0.02 to 0.16, a finger 0.6."""
+"""Threshold of the median current of a wound cable, A; below it the cable carries no load.
+
+A spool alone draws 0.02 to 0.16 A, a finger 0.6 A.
+"""
 JUMP_A = 0.08
-"""Least rise of the current where a cable begins to pull, A: the springs of a finger ask for 0.13 and more."""
+"""Threshold of the current rise, A, at which a cable starts to pull; a finger's springs need 0.13 A or more."""
 PULLING = 0.5
-"""Share of its last current from which on a cable pulls already: a slack one draws a quarter of it, a taut one half."""
+"""Threshold relative to the final current; above it a cable already pulls. Slack cables: a quarter; taut: half."""
 BESIDE = 3
-"""Readings on either side that a rise is taken between."""
+"""Number of readings on either side of a rise."""
 TURN, HALF_TURN = 4096, 2048
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Wind each cable slowly, close each finger, and ask the board about each window."""
+    """Wind each cable slowly, close each finger, and query each window from the board."""
     recorder.begin({"wind_s": WIND_S, "hold_s": HOLD_S})
     driver = Sampler(target, recorder, progress, HOLD_S + len(CABLES) * (WIND_S + 2 * HOLD_S))
     driver.hold(OPENED, HOLD_S, "open hand")
@@ -60,7 +63,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 
 
 def measure(recording: Recording) -> Measured:
-    """Return counts of slack at the open hand, counts between stop and closed end, and counts of trim."""
+    """Return slack at the open hand, distance from stop to closed end, and trim, all in counts."""
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     header = recording.header
     window = map_of(header).window
@@ -84,7 +87,7 @@ def measure(recording: Recording) -> Measured:
             closed = codes.values[commands.values[:, channel] == MAX_CODE, channel][-1]
             left = spans[channel] * (1.0 - closed / MAX_CODE)
             if header.parameters.get(f"stop_{channel.label}", "") != "":
-                # Beyond the closed end the reading does not change there, while the servo's own count does.
+                # beyond the closed end the reading saturates, while the servo's own count continues
                 beyond = (
                     opening[channel] * (header.number(f"stop_{channel.label}") - grasp[channel]) + HALF_TURN
                 ) % TURN - HALF_TURN
@@ -94,7 +97,7 @@ def measure(recording: Recording) -> Measured:
 
 
 def taken_up(wound: Floats, pull: Floats) -> float:
-    """Return how far a cable was wound (counts) when it began to pull; 0 from the start on, NaN when it never did.
+    """Return the wound length (counts) at which a cable began to pull; 0 if taut from the start, NaN if it never did.
 
     Args:
         wound: (n,) counts, rising.
@@ -105,7 +108,7 @@ def taken_up(wound: Floats, pull: Floats) -> float:
     rows = np.arange(BESIDE, len(pull) - BESIDE + 1)
     before = np.array([np.median(pull[row - BESIDE : row]) for row in rows])
     rise = np.array([np.median(pull[row : row + BESIDE]) for row in rows]) - before
-    # A taut cable has its steepest rise anywhere: the load of its springs grows all the way.
+    # a taut cable can have its steepest rise anywhere, because its spring load grows all the way
     rise[before > PULLING * np.median(pull[-BESIDE:])] = 0.0
     steepest = int(np.argmax(rise))
     return float(wound[rows[steepest]]) if rise[steepest] >= JUMP_A else 0.0
