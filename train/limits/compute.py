@@ -119,7 +119,7 @@ def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance:
 
 
 def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
-    """Return one common limit where guarded and unguarded hands read alike, and two separate ones elsewhere."""
+    """Return one common limit where guarded and unguarded hands read alike or are few, else two limits."""
     guarded = {limit.firmware: limit for limit in weaker}
     found = []
     for limit in free:
@@ -128,7 +128,9 @@ def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
         if other is None or other.healthy is None:
             found.append(limit)
             continue
-        if limit.at_least < other.healthy[0] and other.healthy[1] < limit.at_most:
+        alike = limit.at_least < other.healthy[0] and other.healthy[1] < limit.at_most
+        # Hands of another firmware differ by more than a guard makes.
+        if alike or min(limit.readings, other.readings) < FEWEST:
             low, high = min(limit.healthy[0], other.healthy[0]), max(limit.healthy[1], other.healthy[1])
             # The common limit covers both tails, which differ even where the readings overlap.
             found.append(
