@@ -101,7 +101,7 @@ def test_a_figure_that_is_not_finite_is_refused(tmp_path, text):
     """It would pass whatever comes."""
     figures = json.dumps({"hand": HAND, "measured": {"presence": {"index": {"idle_current": "VALUE"}}}})
     (tmp_path / "checks.json").write_text(figures.replace('"VALUE"', text))
-    with pytest.raises(ValueError, match="no baseline of `aero-hil baseline`: idle_current is"):
+    with pytest.raises(ValueError, match=r"is too large a number|is not a number of JSON"):
         load(tmp_path)
 
 
