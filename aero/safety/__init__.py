@@ -1,4 +1,4 @@
-"""Safety of a hand that a program moves: thresholds, the watch over them, and a slow opening however it ends."""
+"""Guard of a hand: thresholds, polling against them, and a slow opening at any end of the program."""
 
 from aero.safety.guarded import GuardedHand
 from aero.safety.interrupts import unwinding

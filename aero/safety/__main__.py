@@ -1,6 +1,6 @@
-"""What `aero.safety.standby` starts: wait for a guarded program to end, and open the hand unless it has.
+"""Standby process of a guarded program: wait for its end, and open the hand unless the program has.
 
-`python -m aero.safety PORT SETTINGS`, with the settings as JSON; not for the command line.
+Started by `aero.safety.standby` as `python -m aero.safety PORT SETTINGS`, settings as JSON; not for users.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from aero.safety.standby import ALL_WELL
 from aero.safety.thresholds import Thresholds
 
 LONGEST_S = 25.0
-"""Time in which the port may go and come back again and again, s: it may, like one whose writes fail, never be well."""
+"""Time limit for a port that disappears and reappears repeatedly, s; without it a failing port is retried for ever."""
 HOMES_S = 60.0
-"""Time in which a hand whose board is silent is tried again, s: a board that has started homes for up to 45 s."""
+"""Time-out for opening a hand with a silent board, s: after its start a board homes for up to 45 s."""
 RETRY_S = 0.1
 
 
 def main(port: str, settings: str) -> None:
-    """Wait until standard input ends, and open the hand at `port` unless it ended with `ALL_WELL`."""
+    """Wait for the end of standard input, and open the hand at `port` unless the input was `ALL_WELL`."""
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
@@ -40,7 +40,7 @@ def main(port: str, settings: str) -> None:
     try:
         os.write(sys.stdout.fileno(), f"{READY}\n".encode())
     except BrokenPipeError:
-        return  # the program was killed while it waited for this, before it moved anything
+        return  # the program was killed before it moved the hand
     if sys.stdin.buffer.read() == ALL_WELL.encode():
         return
     doubt = open_what_was_left(
@@ -56,17 +56,16 @@ def main(port: str, settings: str) -> None:
 def open_what_was_left(
     connect: Callable[[], AeroHand], clock: Clock, thresholds: Thresholds, *, settable: bool
 ) -> str | None:
-    """Open the hand of a program that has ended; return why it may not be open, or None.
+    """Open the hand of a program that has ended; return the reason why it may not be open, or None.
 
-    Its port may still be locked, and may go and come back meanwhile, as when the board loses power for a moment: it is
-    waited for as long as for a hand that does not open, `Thresholds.opening_patience_s`, each time. A board that is
-    silent may be homing, and is tried for `HOMES_S`.
+    The port may still be locked, or disappear briefly when the board loses power; each time it is retried for
+    `Thresholds.opening_patience_s`. A silent board may be homing and is retried for `HOMES_S`.
 
     Args:
-        connect: opens the port; it raises `ConnectionError` while that cannot be.
-        clock: of the hand.
-        thresholds: how slowly, how weakly and how patiently.
-        settable: whether the firmware takes speed and torque limits.
+        connect: opens the port; raises `ConnectionError` on failure.
+        clock: clock of the hand.
+        thresholds: speed, torque and time-outs of the opening.
+        settable: whether the firmware has speed and torque limits.
     """
     whole, homing = Deadline.after(clock, LONGEST_S), Deadline.after(clock, HOMES_S)
     back = Deadline.after(clock, thresholds.opening_patience_s)
@@ -89,31 +88,31 @@ def open_what_was_left(
 
 @dataclass(frozen=True)
 class KnownPort:
-    """A port, and what tells whether the device behind it is still the same.
+    """Port with the identity of its device.
 
-    A USB device is known by its serial number, and may come back under another name. A symbolic link names a device by
-    itself (`/dev/serial/by-id`, `aero-hil emulate --link`). Any other port is known by its device file: where the file
-    was made again, nobody can say what is behind it.
+    A USB device is identified by its serial number and may reappear under another name. A symbolic link identifies its
+    device (`/dev/serial/by-id`, `aero-hil emulate --link`). Any other port is identified by its device file; a
+    recreated file may belong to another device.
     """
 
     name: str
-    """Device path or pyserial URL by which it was opened."""
+    """Device path or pyserial URL of the port as opened."""
     device: tuple[int, int, str] | None
-    """Vendor, product and serial number; None for what is not a USB device, or has none."""
+    """USB vendor, product and serial number; None for other devices."""
     file: tuple[int, ...] | None
-    """Identity of the device file; None where the name is a link, or not that of a file."""
+    """Identity of the device file; None for a link or a URL."""
 
     @classmethod
     def of(cls, name: str) -> Self:
-        """Take down which device is behind a port."""
+        """Return the port `name` with the identity of its current device."""
         path = os.path.realpath(name)
         return cls(name, next((device for port, device in _devices() if port == path), None), _file(name))
 
     def now(self) -> str:
-        """Return the name that the port has now.
+        """Return the current name of the port.
 
         Raises:
-            ConnectionError: the device is gone. What has its old name by now may be another one.
+            ConnectionError: the device is gone; its old name may now belong to another one.
         """
         if self.device is None:
             if self.file is not None and _file(self.name) != self.file:
@@ -129,9 +128,9 @@ class KnownPort:
 
 
 def _file(name: str) -> tuple[int, ...] | None:
-    """Return what changes when a device file is made again; None for a link, and where there is no such file.
+    """Return an identity that changes when a device file is recreated; None for a link or a missing file.
 
-    The number of a pseudo-terminal's file is that of the terminal before it; the time of its making is not.
+    A new pseudo-terminal reuses the inode number, so its change time is included.
     """
     try:
         if Path(name).is_symlink():
@@ -144,7 +143,7 @@ def _file(name: str) -> tuple[int, ...] | None:
 
 
 def _devices() -> list[tuple[str, tuple[int, int, str]]]:
-    """Return the path of every port whose device has a serial number, with vendor, product and number."""
+    """Return path, and vendor, product and serial number, of every port with a serial number."""
     return [
         (os.path.realpath(info.device), (info.vid or 0, info.pid or 0, info.serial_number))
         for info in list_ports.comports()

@@ -1,4 +1,4 @@
-"""Encoders against commands: where each may be, how fast it may turn, and that it stays where it was left."""
+"""Encoder checks against commands: admissible range, largest speed, no motion at rest."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from aero.safety.thresholds import Thresholds
 
 
 class Debounce:
-    """Remembers for how long each of several conditions has been seen.
+    """Durations for which several conditions have held.
 
-    The time between two polls counts up to `most_gap_s` (s): what was so before and after a pause of the program was
-    not therefore so meanwhile.
+    The time between two polls counts only up to `most_gap_s` (s), because a condition before and after a pause of the
+    program need not have held meanwhile.
     """
 
     def __init__(self, most_gap_s: float) -> None:
@@ -27,7 +27,7 @@ class Debounce:
         self._seen: dict[Hashable, tuple[float, float]] = {}
 
     def seconds(self, what: Hashable, holds: bool, t: float) -> float:
-        """Return for how long `what` has held at `t` (s), from the first poll that saw it; -1 when it does not."""
+        """Return the duration, s, for which `what` has held at `t` (s), 0 at its first poll; -1 if it does not hold."""
         if not holds:
             self._seen.pop(what, None)
             return -1.0
@@ -43,18 +43,18 @@ class Debounce:
 
 @dataclass(frozen=True)
 class Reading:
-    """Positions, (7,) fractions of the command window in command order, with the exchange that brought them."""
+    """Positions, (7,) fractions of the command window in command order, with the times of their exchange."""
 
     asked: float
-    """When the request was about to go out, clock s."""
+    """Time just before the request, clock s."""
     replied: float
-    """When the reply was in the program's hands, clock s."""
+    """Time just after the reply, clock s."""
     positions: NDArray[np.float64]
 
     def longest_s(self, earlier: Reading, telemetry_s: float) -> float:
-        """Return the most time that can lie between two readings, s, of values up to `telemetry_s` old when sent.
+        """Return the longest possible time between two samples, s, for values up to `telemetry_s` old when sent.
 
-        The earlier one may be as old as its request and the board's cache allow, the later one as fresh as its reply.
+        The earlier sample is at most `telemetry_s` older than its request, the later one no newer than its reply.
         """
         return self.replied - earlier.asked + telemetry_s
 
@@ -63,22 +63,22 @@ Floats = NDArray[np.float64]
 
 
 class Encoders:
-    """Judges positions against the commands of the last `Thresholds.follow_s`.
+    """Check of positions against the commands of the last `Thresholds.follow_s`.
 
     Positions and commands are fractions of the command window, (7,) in command order, 0 open and 1 closed.
     """
 
     def __init__(self, thresholds: Thresholds, spans_counts: ArrayLike, telemetry_s: float) -> None:
-        """Expect encoders anywhere until a command is old enough.
+        """Accept any position until `follow_s` after the first command.
 
         Args:
-            thresholds: what an encoder may do.
+            thresholds: stop criteria.
             spans_counts: (7,) servo counts of the channels' windows.
-            telemetry_s: age that a value may have when the board sends it, s.
+            telemetry_s: largest age of a value when the board sends it, s.
         """
         self._thresholds = thresholds
         self._telemetry_s = telemetry_s
-        self._spans = np.array(spans_counts, float)  # a copy: the caller may use its own again
+        self._spans = np.array(spans_counts, float)  # a copy: the caller may modify its array
         if self._spans.shape != (len(Channel),):
             raise ValueError(f"spans_counts needs {len(Channel)} numbers, one a channel, got shape {self._spans.shape}")
         if not (np.isfinite(self._spans) & (self._spans > 0)).all():
@@ -91,34 +91,34 @@ class Encoders:
         self._rest: Floats | None = None
 
     def commanded(self, t: float, shares: Floats) -> None:
-        """Take a position command sent at `t` (s)."""
+        """Record a position command sent at `t` (s)."""
         if math.isinf(self._known_from):
             self._known_from = t + self._thresholds.follow_s
         if not self._commands or not np.array_equal(self._commands[-1][1], shares):
             self._commands.append((t, shares.copy()))
 
     def found(self, t: float, shares: Floats) -> None:
-        """Take positions that the hand is known to rest in, in place of all earlier commands."""
+        """Replace all earlier commands by positions in which the hand is known to rest."""
         self.forget()
         self._known_from = t
         self._commands.append((t, shares.copy()))
 
     def forget(self) -> None:
-        """Expect encoders anywhere until the next command has had its time: the hand homes, or torque drives it."""
+        """Accept any position until `follow_s` after the next command, as for homing or torque mode."""
         self._known_from = math.inf
         self._commands.clear()
         self._debounce.clear()
         self._believed = self._suspect = self._rest = None
 
     def violations(self, reading: Reading) -> Iterator[Violation]:
-        """Yield the violations that a reading shows."""
+        """Yield the violations in a reading."""
         sampled = reading.asked - self._telemetry_s
         if sampled < self._known_from or not self._commands:
             self._believed, self._suspect = reading, None
             return
         yield from self._jumped(reading)
         if self._suspect is not None:
-            return  # nothing follows from a reading that may be wrong
+            return  # a suspect reading is not checked further
         while len(self._commands) > 1 and self._commands[1][0] < sampled - self._thresholds.follow_s:
             self._commands.popleft()
         recent = np.array([shares for _, shares in self._commands])
@@ -127,7 +127,7 @@ class Encoders:
         yield from self._moved_at_rest(reading.replied, reading.positions, resting)
 
     def _jumped(self, reading: Reading) -> Iterator[Violation]:
-        """Report a jump that the next reading does not revert; one wrong reading is not the hand's fault."""
+        """Report a jump unless the next reading reverts it, because a single wrong reading is harmless."""
         before, suspect, self._suspect = self._believed, self._suspect, None
         if before is None:
             self._believed = reading
@@ -143,7 +143,7 @@ class Encoders:
             yield suspect[1]
 
     def _faster_than_a_servo(self, earlier: Reading, later: Reading) -> Violation | None:
-        """Return the violation of a step that is too fast even over the longest time that its readings allow."""
+        """Return the violation of a step too fast even over the longest time between its samples, or None."""
         moved = later.positions - earlier.positions
         speeds = np.abs(moved) * self._spans / later.longest_s(earlier, self._telemetry_s)
         fastest = int(np.argmax(speeds))

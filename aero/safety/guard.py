@@ -1,4 +1,4 @@
-"""The guard of a hand: what polls it, stops it, and opens it for the last time, whatever the reason."""
+"""Guard of a hand: polls, stops and finally opens it."""
 
 from __future__ import annotations
 
@@ -26,17 +26,16 @@ from aero.safety.watchdog import Watchdog
 
 _LOG = logging.getLogger(__name__)
 ENDED = Violation(SafetyReason.ENDED, "The program ended")
-"""Nothing was wrong."""
+"""Placeholder for a normal end, without a violation."""
 WATCHDOG_S = 0.5
-"""Time from one check of whether a hand on a port goes unwatched to the next, s."""
+"""Period of the watchdog's checks, s."""
 
 
 class Guard:
-    """Polls a hand between its first motion and its last, which it makes once; the hand takes nothing afterwards.
+    """State machine that polls a hand from its first motion to its final opening, and refuses commands afterwards.
 
-    The lock covers one call of the program, with the poll before it: a slow start, a command, a reading, the last
-    opening. So no call of one thread comes between the steps of another's. Threads that call during the last opening
-    are refused at once.
+    The lock covers one call of the program including the poll before it: a slow start, a command, a reading, the final
+    opening. Calls of different threads therefore never interleave. Calls during the final opening are refused at once.
     """
 
     def __init__(
@@ -49,14 +48,14 @@ class Guard:
         thresholds: Thresholds,
         standby: Standby | None,
     ) -> None:
-        """Take a hand that nothing has moved yet; the arguments are those of `GuardedHand`."""
+        """Wrap a hand before its first motion; arguments as `GuardedHand`."""
         self.phase = Phase.RESTING
         self.limits = ServoLimits(hand, usual, thresholds)
         telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
         self.lookout = Lookout(hand, clock, thresholds, spans_counts, telemetry_s)
         self.last_codes = position_codes(OPEN)
         self.commands = 0
-        """Position commands so far, those that did not go out included."""
+        """Number of position commands, including failed ones."""
         self.in_torque_mode = False
         self._thresholds = thresholds
         self._clock = clock
@@ -66,22 +65,22 @@ class Guard:
         self._closed = False
         self._is_open = True
         self._ending = ENDED
-        """Why it is opened for the last time."""
+        """Reason for the final opening."""
         self._stop: SafetyStopError | None = None
         self._watchdog = Watchdog(self._poll_for_the_program, WATCHDOG_S)
         self._lock = threading.RLock()  # reentrant: a signal handler may close the hand in the middle of a call
 
     def turn(self) -> AbstractContextManager[bool]:
-        """Return the lock under which one call of the program is made.
+        """Return the lock for one call of the program.
 
         Raises:
-            SafetyStopError: the hand is being opened for the last time, was stopped, or belongs to another process.
+            SafetyStopError: final opening in progress, hand stopped, or hand of another process.
         """
         self._refuse()
         return self._lock
 
     def poll(self) -> None:
-        """Poll the hand if it is time; nothing happens before the first motion. Raises as `turn`, or stops the hand."""
+        """Poll the hand if due, after its first motion only; stop it for a violation. Raises as `turn` and `abort`."""
         self._refuse()
         if self.phase not in {Phase.OPENING, Phase.MOVING}:
             return
@@ -90,12 +89,12 @@ class Guard:
             self.abort(stop.violation, silent=stop.silent)
 
     def poll_alone(self) -> None:
-        """Poll the hand as a call of its own."""
+        """Poll the hand under the lock."""
         with self.turn():
             self.poll()
 
     def begin(self) -> None:
-        """See that the hand is opened whatever happens from now on, and make it slow and weak."""
+        """Start standby process and watchdog of a hand on a port, and set gentle limits."""
         if self._standby is not None:
             self._standby.start()
             self._watchdog.start()
@@ -103,45 +102,45 @@ class Guard:
         self.limits.begin()
 
     def command(self, codes: NDArray[np.int64]) -> None:
-        """Poll the hand, and send every channel to a position (7,) that encoders are compared with."""
+        """Poll the hand, send every channel to a position (7,), and expect the encoders there."""
         self.poll()
         closed, before = bool((codes > self._thresholds.arrival * MAX_CODE).any()), self.last_codes
         self.commands += 1
-        # Noted first: an interrupt may come after the frame has gone out and before this method continues.
+        # Recorded before sending, because an interrupt may follow the frame before this method continues.
         self.last_codes, self._closed = codes, self._closed or closed
         try:
             self._hand.command_codes(codes)
         except Exception:
-            self.last_codes = before  # it has not gone out as a whole
+            self.last_codes = before  # the frame was not sent completely
             raise
         self.in_torque_mode = False
         self._closed = closed
         self.lookout.watch.encoders.commanded(self._clock.now(), codes / MAX_CODE)
 
     def command_torques(self, magnitudes: NDArray[np.int64]) -> None:
-        """Poll the hand, and pull channels closed, (7,), with no goal that encoders could be compared with."""
+        """Poll the hand, and pull channels closed with torques (7,), without a check of the encoders."""
         self.poll()
         self.lookout.watch.encoders.forget()
         self._closed = self.in_torque_mode = True
         self._hand.command_torques(magnitudes)
 
     def temperatures(self, celsius: NDArray[np.float64]) -> Violation | None:
-        """Return the violation that temperatures (7,) °C show, or None."""
+        """Return the violation in temperatures (7,) °C, or None."""
         return self.lookout.watch.temperatures(celsius)
 
     def pause(self, *, homed: bool) -> None:
-        """Forget what was commanded; also the polls that are due, if the hand has homed and answered nothing."""
+        """Drop past commands; after homing, in which the board is silent, also restart the schedule of polls."""
         (self.lookout.pause if homed else self.lookout.watch.pause)()
 
     def found(self, shares: NDArray[np.float64]) -> None:
-        """Take the positions (7,), share of the window, at which the slow opening has ended."""
+        """Record the positions (7,), fraction of the window, at the end of the slow opening."""
         self.lookout.watch.encoders.found(self._clock.now(), shares)
 
     def abort(self, violation: Violation, *, silent: bool = False) -> NoReturn:
         """Stop the hand for a violation.
 
         Raises:
-            SafetyStopError: always, unless a signal that came meanwhile raises its own for a hand that is open.
+            SafetyStopError: always, unless the hand has opened and a signal meanwhile raises its own exception.
         """
         violation = violation._replace(text=violation.text + self.lookout.remark())
         stop: SafetyStopError | None = None
@@ -150,11 +149,11 @@ class Guard:
                 stop = self._open(violation, silent=silent)
         finally:
             if stop is not None and not self._is_open:
-                raise stop  # this has to be said, whatever the signal was
+                raise stop  # a hand that may be closed takes precedence over the signal
         raise stop
 
     def end(self) -> None:
-        """Open the hand if the program has moved it, and give the port back; `GuardedHand.close`."""
+        """Open the hand if the program has moved it, and release the port; `GuardedHand.close`."""
         if os.getpid() != self._owner:
             return
         before = self._stop
@@ -163,7 +162,7 @@ class Guard:
             try:
                 self._open_at_the_end()
             finally:
-                # An interrupt may have come before the first call held it back; else this one does nothing.
+                # An interrupt may precede the first call's signal mask; otherwise this call does nothing.
                 self._open_at_the_end()
         finally:
             try:
@@ -172,13 +171,13 @@ class Guard:
                     (self._standby.stand_down if self._is_open else self._standby.take_over)()
             finally:
                 if self._stop is not None and self._stop is not before and not self._is_open:
-                    raise self._stop  # this has to be said, whatever the signal was
+                    raise self._stop  # as in `abort`
 
     def _refuse(self) -> None:
-        """Refuse a call that the hand takes from nobody now, or not from here.
+        """Refuse a call to a hand that is not available to this process.
 
         Raises:
-            SafetyStopError: it is being opened for the last time, was stopped, or belongs to another process.
+            SafetyStopError: final opening in progress, hand stopped, or hand of another process.
         """
         if os.getpid() != self._owner:
             raise SafetyStopError(
@@ -195,7 +194,7 @@ class Guard:
             )
 
     def _poll_for_the_program(self) -> None:
-        """Poll a hand on a port that goes unwatched, which stops it."""
+        """Poll a closed hand after `unwatched_s` without a poll by the program; the poll then stops the hand."""
         if self._closed and self.lookout.unwatched_s > self._thresholds.unwatched_s:
             self.poll_alone()
 
@@ -206,14 +205,14 @@ class Guard:
                 self._open(None)
 
     def _open(self, violation: Violation | None, *, silent: bool = False) -> SafetyStopError:
-        """Open slowly and leave weak; the hand takes no more commands of the program.
+        """Open the hand slowly, limit its torque, and refuse all later commands of the program.
 
         Args:
-            violation: what stops the hand; None when the program ended.
-            silent: whether the board has just left questions unanswered: it is not asked first where its hand stands.
+            violation: reason for the stop; None at the end of the program.
+            silent: whether the board has just not answered; the ramp then starts without reading the position.
 
         Returns:
-            What every later call raises; also now, when the hand may not be open.
+            Exception for every later call; the caller raises it if the hand may not be open.
         """
         stop = violation or ENDED
         self._ending, self.phase = stop, Phase.ENDING

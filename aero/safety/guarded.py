@@ -1,4 +1,4 @@
-"""A hand that is watched while a program moves it."""
+"""Guarded hand: driver calls with a guard's polls and limits."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from aero.transport import Transport
 
 _LOG = logging.getLogger(__name__)
 STALL_TORQUE = 1000
-"""Torque limit that stands for the stall torque, register units (Feetech: tenths of a per cent)."""
+"""Torque limit equal to the stall torque, register units (Feetech: tenths of a per cent)."""
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -38,9 +38,9 @@ T = TypeVar("T")
 def _polled(
     call: Callable[Concatenate[AeroHand, P], T], check: Callable[P, object] | None = None
 ) -> Callable[Concatenate[GuardedHand, P], T]:
-    """Return a call of the driver as one of the guarded hand.
+    """Return a driver call as a method of the guarded hand, with a poll before it.
 
-    `check` takes the same arguments and refuses wrong ones before anything is sent, a poll too.
+    `check` takes the arguments of `call` and raises for invalid ones before any frame, even a poll's.
     """
 
     def guarded(self: GuardedHand, /, *args: P.args, **kwargs: P.kwargs) -> T:
@@ -56,17 +56,17 @@ def _polled(
 
 
 class GuardedHand(LinkedHand):
-    """A hand that starts gently, stops itself, and ends open and weak.
+    """Hand with gentle start, automatic stop, and slow opening at the end.
 
-    Before the first motion it checks currents and temperatures, then opens slowly at limited speed and torque. Only
-    a hand whose encoders all arrive continues, slowly to its first goal, and then gets its usual limits back. From then
-    on every call, and every wait on `clock`, polls currents, encoders and temperatures as often as `Thresholds`
-    says. What breaks a threshold opens the hand slowly and raises `SafetyStopError`, then and at every later call.
-    `close`, and with it the end of a `with` statement, opens it in any case. Limits belong to the guard's state: after
-    a restart of the board, or any exchange that did not go as it should, they are sent again.
+    Before the first motion, currents and temperatures are checked and the hand opens slowly at limited speed and
+    torque. If all encoders arrive, the hand moves slowly to its first goal, and the firmware's limits are restored.
+    From then on every call, and every wait on `clock`, polls currents, encoders and temperatures at the periods in
+    `Thresholds`. A violation opens the hand slowly and raises `SafetyStopError`, also in every later call. `close`, or
+    the end of a `with` statement, always opens it. The guard sends servo limits again after a restart of the board or
+    a failed exchange.
 
-    Threads may share a hand: each call is atomic. Only the process that made it may use it: a forked one is
-    refused. While the board homes it answers nothing, so nothing is watched then.
+    Threads may share a hand: each call is atomic. Forked processes are refused. During homing the hand is not polled,
+    because the board does not answer.
     """
 
     def __init__(
@@ -82,37 +82,37 @@ class GuardedHand(LinkedHand):
         """Wrap an open transport.
 
         Args:
-            transport: the bytes' way to the board.
-            clock: what tells the time and is waited on.
+            transport: byte stream to the board.
+            clock: clock for time and waits.
             spans_counts: (7,) servo counts of the channels' command windows, `CommandWindow.spans_counts()`.
-            usual: the firmware's own limits, restored after the slow opening; None for a firmware that has no
-                settings for them, whose start is slow in steps of position alone.
-            thresholds: when to stop; the defaults when None.
-            standby: the process that opens the hand should this one be killed; None for a hand in software.
+            usual: the firmware's limits, restored after the slow opening; None for a firmware without settable limits,
+                whose slow start relies on small position steps.
+            thresholds: stop criteria; None for the defaults.
+            standby: process that opens the hand if this one is killed; None for an emulated hand.
         """
         self.thresholds = thresholds or Thresholds()
-        """When it is stopped."""
-        self._hand = AeroHand(transport, clock, PATIENCE_S)  # a board that is silent for 1 s is opened
+        """Stop criteria."""
+        self._hand = AeroHand(transport, clock, PATIENCE_S)  # the guard opens a hand after 1 s of silence
         super().__init__(self._hand._link, clock)
         self._guard = guard = Guard(
             self._hand, clock, spans_counts=spans_counts, usual=usual, thresholds=self.thresholds, standby=standby
         )
         self._own_clock = WatchedClock(clock, guard.poll, self.thresholds.look_s)
         self.clock: Clock = WatchedClock(clock, guard.poll_alone, self.thresholds.look_s)
-        """Wait on this one, so that the hand is watched meanwhile."""
-        # For a program that forgets to close it, and for an interrupt at the very beginning of `close`.
+        """Clock for the program's waits; polls the hand meanwhile."""
+        # For a program that never calls `close`, and for an interrupt at the very beginning of `close`.
         self._finalizer = weakref.finalize(self, self._guard.end)
 
     @property
     def phase(self) -> Phase:
-        """What it is doing."""
+        """Phase of the guard."""
         return self._guard.phase
 
     def check(self) -> Health:
-        """Read positions, currents and temperatures; moves nothing.
+        """Read and check positions, currents and temperatures, without motion.
 
         Raises:
-            SafetyStopError: a temperature or a current is over its limit before anything moves.
+            SafetyStopError: a temperature or a current above its threshold.
             AeroError, ConnectionError: as `read_codes`.
         """
         with self._guard.turn():
@@ -133,9 +133,9 @@ class GuardedHand(LinkedHand):
         return health
 
     def begin(self) -> None:
-        """Check the hand and open it gently now, if nothing has moved yet, and not in the middle of the first command.
+        """Check the hand and open it gently now instead of within the first command; only before the first motion.
 
-        Call it where the time of the first command matters.
+        Call this method if the time of the first command matters.
 
         Raises:
             SafetyStopError: as `check`; or the hand did not open.
@@ -144,13 +144,13 @@ class GuardedHand(LinkedHand):
             self._start()
 
     def expect_stops(self, channels: Iterable[Channel]) -> None:
-        """Weaken channels that are about to be driven into their stops, which is no reason to stop the hand then.
+        """Lower the torque limits of channels that will be driven into their end stops, so that the guard allows it.
 
-        The others get their usual limits; the thumb's channels are always weakened. Nothing happens with a firmware
-        that has no torque settings. The board applies it with the next command.
+        The other channels get their usual limits; the thumb's limits are always lowered. Without settable torque
+        limits this does nothing. The board applies limits with the next command.
 
         Raises:
-            ValueError: there is no such channel; nothing is sent.
+            ValueError: unknown channel; nothing is sent.
             SafetyStopError, AeroError: as `begin` and `set_torque`.
         """
         weak = tuple(map(Channel, channels))
@@ -160,13 +160,13 @@ class GuardedHand(LinkedHand):
             self._guard.limits.weaken(weak)
 
     def limit_torques(self, share: float) -> None:
-        """Let no channel use more than a fraction (0..1) of its stall torque; `expect_stops` ends it.
+        """Limit the torque of all channels to a fraction (0..1) of the stall torque, until `expect_stops`.
 
-        Channels whose limit is lower keep it. Nothing happens with a firmware that has no torque settings. The board
-        applies it with the next command.
+        Lower limits are kept. Without settable torque limits this does nothing. The board applies limits with the next
+        command.
 
         Raises:
-            ValueError: no such fraction; nothing is sent.
+            ValueError: fraction out of range; nothing is sent.
             SafetyStopError, AeroError: as `begin` and `set_torque`.
         """
         if not 0.0 <= share <= 1.0:
@@ -178,18 +178,18 @@ class GuardedHand(LinkedHand):
                     self._limit(channel, torque=min(limits.torque, round(STALL_TORQUE * share)))
 
     def command_codes(self, codes: ArrayLike) -> None:
-        """As `AeroHand.command_codes`, guarded; the first one is approached slowly."""
+        """As `AeroHand.command_codes`, guarded; the first goal is approached slowly."""
         goal = protocol.position_codes(codes)
         with self._guard.turn():
             self._start(goal)
             self._guard.command(goal)
 
     def command_codes_blindly(self, codes: ArrayLike) -> None:
-        """As `command_codes`: a program commands nothing blindly; only the guard's last opening does."""
+        """As `command_codes`; only the guard's final opening commands blindly."""
         self.command_codes(codes)
 
     def command_torques(self, magnitudes: ArrayLike) -> None:
-        """As `AeroHand.command_torques`, guarded but for the encoders, which have no goal then."""
+        """As `AeroHand.command_torques`, guarded except for the encoders, which have no goal in torque mode."""
         goal = protocol.torque_magnitudes(magnitudes)
         with self._guard.turn():
             self._start()
@@ -205,12 +205,12 @@ class GuardedHand(LinkedHand):
     resynchronise = _polled(AeroHand.resynchronise)
 
     def set_speed(self, channel: Channel, register_units: int) -> None:
-        """As `AeroHand.set_speed`, and sent again after a restart; opens the hand first if nothing has moved yet.
+        """As `AeroHand.set_speed`, and sent again after a restart; opens the hand first if it has not moved yet.
 
         Raises:
-            RefusedError: also where the firmware has no limits; nothing is sent then.
+            RefusedError: also for a firmware without limits; nothing is sent.
         """
-        protocol.make_set_speed(channel, register_units)  # nonsense is refused before anything moves
+        protocol.make_set_speed(channel, register_units)  # raises for invalid values before any motion
         with self._guard.turn():
             self._limit(channel, speed=register_units)
 
@@ -221,10 +221,10 @@ class GuardedHand(LinkedHand):
             self._limit(channel, torque=register_units)
 
     def calibrate_mid(self, channel: Channel) -> Centred:
-        """As `AeroHand.calibrate_mid`, at low speed and torque, from a hand that holds still.
+        """As `AeroHand.calibrate_mid`, at low speed and torque, while the hand holds its position.
 
-        The hand holds where it stands afterwards, and the usual limits of the channel apply from the next command on.
-        The watch restarts: what was commanded before meant other angles.
+        Afterwards the hand holds its position, and the channel's previous limits apply with the next command. The
+        encoder checks restart, because earlier codes meant other angles.
 
         Raises:
             ValueError, SafetyStopError, AeroError: as `begin` and `AeroHand.calibrate_mid`; the limits are restored.
@@ -242,10 +242,9 @@ class GuardedHand(LinkedHand):
         return result
 
     def home(self, timeout_s: float = HOMING_TIMEOUT_S) -> None:
-        """As `AeroHand.home`, from the open hand; it is checked before and not watched meanwhile.
+        """As `AeroHand.home`, from the open hand; checked before, not polled during homing.
 
-        Closed fingers are opened slowly first: a thumb that lies against them would find its stop there, and all its
-        angles would be wrong from then on.
+        Closed fingers are opened slowly first: a thumb homed against a finger would get a wrong zero.
         """
         positive_s("timeout_s", timeout_s)
         with self._guard.turn():
@@ -259,22 +258,22 @@ class GuardedHand(LinkedHand):
             self._guard.pause(homed=True)
 
     def close(self) -> None:
-        """Open the hand slowly and leave it weak, if this program has moved it, and close the port.
+        """Open the hand slowly and limit its torque, if this program has moved it, and close the port.
 
-        Ctrl-C waits meanwhile. A second call does nothing, nor does one in a forked process.
+        Ctrl-C is deferred meanwhile. A second call, or a call in a forked process, does nothing.
 
         Raises:
-            SafetyStopError: the hand may not be open; the message says what to do.
-            LinkLostError: the same, because the link was lost.
+            SafetyStopError: the hand may not be open; the message has a remedy.
+            LinkLostError: the hand may not be open because the link was lost.
         """
         self._guard.end()
-        # It would keep a stopped hand for ever: the guard has the stop, whose traceback has the hand.
+        # The finalizer would keep a stopped hand alive: the guard has the stop, whose traceback refers to the hand.
         self._finalizer.detach()
 
     def _start(self, goal: ArrayLike = OPEN) -> None:
-        """Check a hand that has not moved yet, open it gently, see that it has opened, and go gently to a goal (7,).
+        """Check a hand before its first motion, open it gently, verify that, and ramp gently to a goal (7,).
 
-        A start that an exception interrupted is made again from its beginning.
+        After an exception the next call restarts from the beginning.
         """
         if self.phase is Phase.MOVING:
             return
@@ -314,16 +313,16 @@ class GuardedHand(LinkedHand):
         move_slowly(command, self._own_clock, start_codes, goal_codes, self.thresholds.opening_s)
 
     def _settle(self) -> None:
-        """Give encoders the time to arrive."""
+        """Wait for the encoders to arrive."""
         self._own_clock.sleep_until(self._clock.now() + self.thresholds.opening_s / 4)
 
     def _limit(self, channel: Channel, **changed: int) -> None:
-        """Change a channel's `speed` or `torque`, register units; opens the hand first if nothing has moved yet.
+        """Change a channel's `speed` or `torque`, register units; opens the hand first if it has not moved yet.
 
         Raises:
             RefusedError: the firmware has no limits; nothing is sent.
         """
-        if not self._guard.limits.settable:  # its board would be silent for a second, in which nothing watches the hand
+        if not self._guard.limits.settable:  # a request would time out after 1 s, with the hand unwatched
             raise RefusedError(f"{self.name}: its firmware has no speed and torque limits. Nothing was sent.")
         self._start()
         for name, register_units in changed.items():
@@ -336,12 +335,12 @@ class GuardedHand(LinkedHand):
             return self._hand.calibrate_mid(channel)
         self._limit(channel, speed=self.thresholds.gentle_speed, torque=self.thresholds.gentle_torque)
         try:
-            # The command ends torque mode, and the servo takes the limits with it.
+            # The command ends torque mode and applies the limits.
             held = self._hand.read_codes() if self._guard.in_torque_mode else self._guard.last_codes
             self._guard.command(protocol.position_codes(held))
             self._guard.poll()
             result = self._hand.calibrate_mid(channel)
-            self._guard.pause(homed=False)  # what was commanded meant other angles
+            self._guard.pause(homed=False)  # earlier codes meant other angles
             codes = self._guard.last_codes.copy()
             codes[channel] = result.code
             self._guard.command(codes)

@@ -1,4 +1,4 @@
-"""Signals around a hand that must not be left closed."""
+"""Deferring and handling of signals, so that a hand is never left closed."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _UNWINDING = tuple(number for number in _STOPPING if number != signal.SIGINT)
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Hold signals that stop a program back until the block is over, however it ends; none outside the main thread.
+    """Defer signals that stop a program to the end of the block; no effect outside the main thread.
 
-    Each signal is delivered once. Where several raise, the last exception is raised in the context of the others.
+    Each signal is delivered once. If several raise, the last exception has the others as its context.
     """
     caught: list[int] = []
     try:
@@ -30,9 +30,9 @@ def uninterrupted() -> Iterator[None]:
 
 @contextmanager
 def noted(*numbers: signal.Signals) -> Iterator[list[int]]:
-    """Yield a list that takes up these signals instead of what they did, for a loop that reads it.
+    """Yield a list of received signals, in place of their handlers, for a loop that polls it.
 
-    Afterwards they do again what they did before; outside the main thread the list stays empty.
+    The handlers are restored afterwards; outside the main thread the list remains empty.
     """
     caught: list[int] = []
     with _handled(numbers, caught.append):
@@ -41,9 +41,9 @@ def noted(*numbers: signal.Signals) -> Iterator[list[int]]:
 
 @contextmanager
 def unwinding() -> Iterator[None]:
-    """Let a terminated program, or one whose terminal was closed, run its `finally` blocks, as Ctrl-C does.
+    """Raise SystemExit on SIGTERM and SIGHUP, so that `finally` blocks run as with Ctrl-C.
 
-    A signal that the program ignores, as `nohup` does with a closed terminal's, stays ignored.
+    Ignored signals, such as SIGHUP under `nohup`, remain ignored.
     """
 
     def leave(number: int) -> None:
@@ -63,10 +63,10 @@ def _deliver(numbers: Sequence[int]) -> None:
 
 @contextmanager
 def _handled(numbers: Iterable[signal.Signals], act: Callable[[int], None]) -> Iterator[None]:
-    """Call `act` with the number of a signal, in place of its handler, while the block runs.
+    """Replace the handlers of signals by `act(number)` during the block.
 
-    A handler that the block itself installs stays. One that was not installed from Python cannot be put back, so its
-    signal is left alone.
+    A handler installed by the block itself is kept. Signals with a handler installed outside Python are skipped,
+    because it cannot be restored.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -79,7 +79,7 @@ def _handled(numbers: Iterable[signal.Signals], act: Callable[[int], None]) -> I
         if not over:
             act(number)
         elif callable(previous):
-            # A signal has interrupted the putting back of handlers, so this one is still installed.
+            # A signal has interrupted the restoring of handlers, so this one is still installed.
             previous(number, frame)
         elif previous is signal.SIG_DFL:
             signal.signal(number, previous)

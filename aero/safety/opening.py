@@ -1,4 +1,4 @@
-"""Moving a hand slowly: at the start of a guarded program, and open and weak at its end."""
+"""Slow motion of a hand: ramps, and the final opening with low torque."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from aero.protocol import MAX_CODE
 from aero.safety.thresholds import Thresholds
 
 STEP_S = 0.02
-"""Time from one command of the ramp to the next, s."""
+"""Command period of a ramp, s."""
 LOOK_S = 0.05
-"""Time from one reading of whether it has arrived to the next, s: more than the slowest firmware's telemetry period."""
+"""Period of arrival readings, s; above the telemetry period of the slowest firmware."""
 AT_REST = 0.005
-"""Fraction of the window that a channel at rest may move between two readings."""
+"""Threshold of motion between two readings, fraction of the window; below it a channel is at rest."""
 HELD = 10
-"""Commands of the open hand under its last limits: of a link that loses three of ten, one opening in 10^5 loses all."""
+"""Number of open commands under the final limits; a link that drops 30 % of them drops all in 1 of 10^5 openings."""
 LIVE_LOOKS = 3
-"""Readings of which the last must differ from an earlier one, so that a board's frozen cache is not believed."""
+"""Least number of arrival readings; they must differ, so that a frozen telemetry cache is not accepted."""
 OPEN = (0,) * len(Channel)
 """Codes of the open hand."""
 RESTARTS = 2
-"""Restarts of the board after each of which the patience begins again: it homes first. A weak supply may cause more."""
+"""Number of board restarts that restart the time-out, because the board homes first. A weak supply may cause more."""
 SWITCH_OFF = "SWITCH THE HAND'S SUPPLY OFF: it may still be closed"
-"""What to do about a hand that cannot be opened from here."""
+"""Remedy for a hand that cannot be opened by software."""
 
 
 def move_slowly(
@@ -40,17 +40,17 @@ def move_slowly(
     goal_codes: ArrayLike,
     seconds: float,
 ) -> None:
-    """Ramp all channels from where they stand to a goal.
+    """Ramp all channels from a start to a goal.
 
     Args:
-        command: sends every channel to a position, as `AeroHand.command_codes` and `command_codes_blindly` do.
-        clock: of the hand.
-        start_codes: (7,) in 0..65535, where it stands.
+        command: sends every channel to a position: `AeroHand.command_codes` or `command_codes_blindly`.
+        clock: clock of the hand.
+        start_codes: (7,) in 0..65535, current position.
         goal_codes: (7,) in 0..65535.
-        seconds: time for the whole window; half the window takes half of it.
+        seconds: duration for a whole window; proportionally less for a shorter way.
 
     Raises:
-        ConnectionError: the link is gone.
+        ConnectionError: the link is lost.
     """
     start, goal = np.asarray(start_codes, np.float64), np.asarray(goal_codes, np.float64)
     steps = max(1, round(seconds / STEP_S * float(np.abs(goal - start).max()) / MAX_CODE))
@@ -69,39 +69,39 @@ def open_and_relax(
     last_codes: ArrayLike = OPEN,
     silent: bool = False,
 ) -> str | None:
-    """Open a hand slowly and weakly, leave it weak, and see that it is so, whatever state it and the link are in.
+    """Open a hand slowly, lower its torque limit, and verify both, in any state of hand and link.
 
-    It counts as open when encoders that are live say so, under a torque limit that the board has acknowledged and has
-    not lost by a restart since. Until then everything is tried that is left: bringing the board back into step,
-    putting its servos back into position mode, and waiting for a board that is just starting. The first ramp needs no
-    answer, so a board that receives but does not send is opened too.
+    A hand counts as open if live encoders show it, under a torque limit that the board has acknowledged and not lost by
+    a restart. Until then the function retries: it resynchronises the board, restores position mode, and waits for a
+    starting board. For a silent board a ramp is sent without waiting for replies, so a board that receives but cannot
+    send opens too.
 
     Args:
-        hand: what opens.
-        clock: of the hand.
-        thresholds: how slowly, how weakly and how patiently.
-        settable: whether the firmware takes speed and torque limits; `pre` does not.
-        silent: whether the board has just left questions unanswered: the ramp that needs no answer comes first then.
-        last_codes: (7,), where the ramp starts when the encoders cannot be read: the last command; open when unknown.
+        hand: hand to open.
+        clock: clock of the hand.
+        thresholds: speed, torque and time-outs of the opening.
+        settable: whether the firmware has speed and torque limits; `pre` has none.
+        silent: whether the board has just not answered; the ramp without replies is then sent first.
+        last_codes: (7,), start of the ramp if the encoders cannot be read: the last command, or open if unknown.
 
     Returns:
-        Why it may not be open, None when it is.
+        Reason why the hand may not be open; None for an open hand.
 
     Raises:
-        ConnectionError: the link is gone.
+        ConnectionError: the link is lost.
     """
     deadline, restarts, last = Deadline.after(clock, thresholds.opening_patience_s), hand.restarts, hand.restarts
     attempt = _Attempt(hand, clock, thresholds, settable, silent=silent)
     doubt = "the board does not answer" if silent else attempt.run()
     if attempt.silent:
-        with suppress(AeroError):  # a frame that went out incomplete forbids it until the board is back in step
+        with suppress(AeroError):  # refused after an incomplete frame, until the board is back in step
             move_slowly(hand.command_codes_blindly, clock, last_codes, OPEN, thresholds.opening_s)
     while doubt is not None and not deadline.expired:
-        with suppress(AeroError):  # the next attempt says what is still wrong
+        with suppress(AeroError):  # the next attempt reports the remaining error
             if attempt.silent:
                 hand.resynchronise()
             elif settable:
-                # A board that has restarted believes its servos in position mode, and writes only a change of mode.
+                # A restarted board assumes position mode and writes only mode changes; force one.
                 hand.command_torques([0] * len(Channel))
         with suppress(AeroError):
             hand.command_codes_blindly(OPEN)
@@ -112,15 +112,15 @@ def open_and_relax(
 
 
 class _Attempt:
-    """One try after another at opening a hand."""
+    """Repeatable attempt at opening a hand."""
 
     def __init__(self, hand: AeroHand, clock: Clock, thresholds: Thresholds, settable: bool, *, silent: bool) -> None:
         self._hand, self._clock, self._thresholds, self._settable = hand, clock, thresholds, settable
         self.silent = silent
-        """Whether the last try got no answer at its beginning."""
+        """True if the board did not answer the first reading of the last attempt."""
 
     def run(self) -> str | None:
-        """Ramp open under gentle limits, weaken, and return why the hand may not be open, or None."""
+        """Ramp open under gentle limits, lower the torque, and return the reason for doubt that it is open, or None."""
         limits, self.silent = self._thresholds, True
         try:
             where, restarts = self._hand.read_codes(), self._hand.restarts
@@ -136,13 +136,13 @@ class _Attempt:
         return "the board has restarted meanwhile" if self._hand.restarts != restarts else doubt
 
     def _limit(self, torque: int) -> None:
-        """Limit all channels; the board applies it with the next position command."""
+        """Set the limits of all channels; the board applies them with the next position command."""
         for channel in Channel if self._settable else ():
             self._hand.set_speed(channel, self._thresholds.gentle_speed)
             self._hand.set_torque(channel, torque)
 
     def _come_to_rest(self) -> None:
-        """Wait until the hand no longer moves, so that what is weakened next is at its end."""
+        """Wait until the hand is at rest, so that the torque is lowered only at the end of the motion."""
         deadline = Deadline.after(self._clock, self._thresholds.opening_s / 2)
         before = np.full(len(Channel), np.inf)
         while not deadline.expired:
@@ -153,13 +153,13 @@ class _Attempt:
             before = codes
 
     def _hold_open(self) -> None:
-        """Command the open hand often: nothing says that a command has come, and limits count from the next one on."""
+        """Repeat the open command, because commands are not acknowledged and limits need one to take effect."""
         for _ in range(HELD):
             self._hand.command_codes(OPEN)
             self._clock.sleep_until(self._clock.now() + STEP_S)
 
     def _arrival(self) -> str | None:
-        """Wait until live readings show an open hand; return what they show instead, or None."""
+        """Wait until live readings show an open hand; return the deviation at the time-out, or None."""
         deadline = Deadline.after(self._clock, self._thresholds.opening_s / 2)
         seen: set[bytes] = set()
         looks = 0
@@ -182,7 +182,7 @@ class _Attempt:
 
 
 def _closed(codes: NDArray[np.uint16], arrival: float) -> str | None:
-    """Return which channels are closed, or None."""
+    """Return a message naming the closed channels, or None."""
     shares = codes / MAX_CODE
     named = [f"{channel.label} is {shares[channel]:.0%} closed" for channel in Channel if shares[channel] > arrival]
     return ", ".join(named) if named else None

@@ -1,4 +1,4 @@
-"""Speed and torque limits of a guarded hand, sent again when its board may have lost them."""
+"""Speed and torque limits of a guarded hand, sent again after a restart or a disturbance."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _LOG = logging.getLogger(__name__)
 
 
 class ServoLimits:
-    """What the board was sent last for each channel. It holds nothing for a firmware without such settings."""
+    """Limits last sent to the board for each channel; empty for a firmware without such settings."""
 
     def __init__(self, hand: AeroHand, usual: ServoSettings | None, thresholds: Thresholds) -> None:
-        """Hold nothing yet; `usual` are the firmware's own limits, None where it has none.
+        """Start empty; `usual` are the firmware's limits, None for a firmware without them.
 
         Raises:
-            ValueError: `usual` are limits that no board takes.
+            ValueError: `usual` out of range.
         """
         if usual is not None:
             make_set_speed(Channel.INDEX, usual.speed)
@@ -39,15 +39,15 @@ class ServoLimits:
 
     @property
     def settable(self) -> bool:
-        """Whether the firmware has speed and torque limits."""
+        """True for a firmware with speed and torque limits."""
         return self._usual is not None
 
     def of(self, channel: Channel) -> ServoSettings | None:
-        """Return a channel's limits, None when there are none."""
+        """Return a channel's limits, or None."""
         return self._settings.get(channel)
 
     def begin(self) -> None:
-        """Make all channels slow and weak, for the first motion; disturbances of the link count from now on."""
+        """Set gentle limits for the first motion, and start counting disturbances of the link."""
         self._disturbances, self._restarts = self._hand.disturbances, self._hand.restarts
         if self._usual is not None:
             gentle = ServoSettings(self._thresholds.gentle_speed, self._thresholds.gentle_torque)
@@ -55,7 +55,7 @@ class ServoLimits:
             self._send()
 
     def weaken(self, channels: Iterable[Channel]) -> None:
-        """Give all channels their usual limits, and the thumb and `channels` the torque that a stop may get."""
+        """Set usual limits on all channels, with the torque for end stops on the thumb and `channels`."""
         if self._usual is None:
             return
         weak = {*THUMB, *channels}
@@ -65,13 +65,13 @@ class ServoLimits:
         self._send()
 
     def change(self, channel: Channel, name: str, register_units: int) -> None:
-        """Set and remember a channel's `speed` or `torque`, register units, of a firmware that has them.
+        """Set and store a channel's `speed` or `torque`, register units, of a firmware with limits.
 
         Raises:
-            AeroError, ConnectionError: as `AeroHand.set_speed`; what was remembered before is remembered.
+            AeroError, ConnectionError: as `AeroHand.set_speed`; the stored limits are then unchanged.
         """
         before = self._settings
-        # First, because an interrupt may come after the board has taken it and before this method continues.
+        # Stored before sending, because an interrupt may follow the frame before this method continues.
         self._settings = {**before, channel: replace(before[channel], **{name: register_units})}
         try:
             (self._hand.set_speed if name == "speed" else self._hand.set_torque)(channel, register_units)
@@ -80,10 +80,10 @@ class ServoLimits:
             raise
 
     def restore(self, codes: ArrayLike) -> None:
-        """Send the limits again after a disturbance; after a restart also `codes`, with which the board applies them.
+        """Send the limits again after a disturbance; after a restart also `codes`, so that the board applies them.
 
         Raises:
-            AeroError, ConnectionError: as `AeroHand.set_speed`; the next call tries again.
+            AeroError, ConnectionError: as `AeroHand.set_speed`; the next call retries.
         """
         disturbances, restarts = self._hand.disturbances, self._hand.restarts
         if disturbances == self._disturbances and not self._unsent:
@@ -95,7 +95,7 @@ class ServoLimits:
         self._disturbances, self._restarts = disturbances, restarts
 
     def _send(self) -> None:
-        """Send all limits, whatever the board has; what interrupts it is made good by the next `restore`."""
+        """Send all limits; after an interruption the next `restore` sends them again."""
         self._unsent = True
         for channel, settings in self._settings.items():
             self._hand.set_speed(channel, settings.speed)

@@ -1,10 +1,9 @@
-"""A second process that opens the hand when the first one is killed.
+"""Standby process that opens the hand if the guarded program is killed.
 
-Ctrl-C, errors and polite termination run the guard's own ending. A program that is killed outright, or whose
-interpreter crashes, cannot; its pipe to this process closes all the same, and the port's lock is free again. A process
-that the program forks lets go of both at once.
+After Ctrl-C, an error or SIGTERM the guard opens the hand itself. A killed or crashed program cannot, but the system
+closes its pipe to the standby process and releases the port. Forked processes close their copies of both at once.
 
-The process runs `aero.safety.__main__`.
+The standby process runs `aero.safety.__main__`.
 """
 
 from __future__ import annotations
@@ -22,18 +21,18 @@ from aero.safety.thresholds import Thresholds
 
 _LOG = logging.getLogger(__name__)
 ALL_WELL = "."
-"""What the guarded program sends when it has opened the hand itself, and seen that it is open."""
+"""Message of the guarded program after it has opened the hand and verified that."""
 START_S = 30.0
-"""Time the process has to start, s; Python and NumPy take 0.3 s on an idle machine."""
+"""Time-out for the start of the process, s; Python and NumPy take 0.3 s on an idle machine."""
 LEAVE_S = 30.0
-"""Time the process has to leave, s, in which it may have to open the hand."""
+"""Time-out for the end of the process, s, in which it may have to open the hand."""
 _OUTLIVING = frozenset({"systemd", "init", "launchd"})
-"""Programs that are process 1 for as long as the machine runs."""
+"""Names of init programs, which run as process 1 until shutdown."""
 _RUN = "from aero.safety.__main__ import main; main(*{arguments!r})"
 
 
 def ends_with_process_1() -> str | None:
-    """Return a warning where the second process may end with this program, as in most containers; else None."""
+    """Return a warning if the standby process may end with this program, as in most containers, or None."""
     if os.name != "posix" or 1 not in {os.getpid(), os.getppid()}:
         return None
     with suppress(OSError):
@@ -48,27 +47,27 @@ def ends_with_process_1() -> str | None:
 
 
 class Standby:
-    """The second process of one guarded hand."""
+    """Standby process of one guarded hand."""
 
     def __init__(self, port: str, thresholds: Thresholds, *, settable: bool) -> None:
-        """Prepare it; nothing runs before `start`.
+        """Store the arguments of the process; `start` starts it.
 
         Args:
             port: device path or URL of the hand.
-            thresholds: how slowly and how weakly it is opened.
-            settable: whether the firmware takes speed and torque limits.
+            thresholds: speed and torque of the opening.
+            settable: whether the firmware has speed and torque limits.
         """
         self._arguments = (port, json.dumps({"settable": settable, "thresholds": thresholds.as_dict()}))
         self._process: ChildProcess | None = None
         self._ready = False
 
     def start(self) -> None:
-        """Start it and wait until it is ready; nothing happens when it runs already.
+        """Start the process and wait until it is ready; no effect if it already runs.
 
-        What interrupts the wait, as Ctrl-C, ends it.
+        An interrupted wait, as by Ctrl-C, ends the process.
 
         Raises:
-            SafetyStopError: it is not ready; the message carries what it printed.
+            SafetyStopError: the process did not become ready.
         """
         if self._ready and self._process is not None and self._process.running:
             return
@@ -77,7 +76,7 @@ class Standby:
             _LOG.warning(in_container)
         command = python(_RUN.format(arguments=self._arguments))
         try:
-            with uninterrupted():  # a process that nothing refers to could not be ended
+            with uninterrupted():  # without a reference the process could not be ended
                 self._process = ChildProcess(command, "the second process", own_errors=False)
             self._process.wait_ready(START_S)
             self._ready = True
@@ -98,21 +97,21 @@ class Standby:
             process.kill()
 
     def stand_down(self) -> None:
-        """Let it go: the hand is open."""
+        """End the process without action, for an open hand."""
         self._leave(ALL_WELL)
 
     def take_over(self) -> None:
-        """Let it try to open the hand, whose port is free now."""
+        """Make the process open the hand; the port must be released."""
         _LOG.warning("the second process is left to open the hand")
         self._leave("")
 
     def _leave(self, message: str) -> None:
         if (process := self._taken()) is not None:
             process.dismiss(message)
-            if process.wait(LEAVE_S):  # else it continues without us
-                process.kill()  # closes what is left of its pipes
+            if process.wait(LEAVE_S):  # otherwise the process continues on its own
+                process.kill()  # closes the remaining pipes
 
     def _taken(self) -> ChildProcess | None:
-        """Return the process, which is not this one's any more."""
+        """Return the process and clear the reference to it."""
         process, self._process, self._ready = self._process, None, False
         return process

@@ -1,4 +1,4 @@
-"""Why a guard stops a hand, and the exceptions that say so."""
+"""Reasons for which a guard stops a hand, and the exceptions with them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Health:
-    """What a hand says about itself while nothing moves, arrays (7,) in command order."""
+    """Readings at rest, arrays (7,) in command order."""
 
     codes: NDArray[np.uint16]
     currents_a: Floats
@@ -25,7 +25,7 @@ class Health:
 
 
 class Phase(Enum):
-    """Where a guarded hand is."""
+    """Phase of a guarded hand."""
 
     RESTING = "nothing has moved yet"
     OPENING = "it opens and approaches its first goal slowly, with limited speed and torque"
@@ -35,56 +35,56 @@ class Phase(Enum):
 
 
 class SafetyReason(Enum):
-    """Why a hand was stopped, or not moved at all. Programs decide by this, never by a message's text."""
+    """Reason why a hand was stopped or not moved; programs compare this, never message texts."""
 
     CURRENT = "current"
-    """A channel drew more than `Thresholds.current_a` for too long."""
+    """Current above `Thresholds.current_a` for longer than `current_s`."""
     CURRENT_AT_REST = "current at rest"
-    """A channel drew more than that before anything moved."""
+    """Current above `Thresholds.current_a` before the first motion."""
     TEMPERATURE = "temperature"
-    """A servo is too hot."""
+    """Servo temperature at or above `Thresholds.temperature_c`."""
     STALE = "stale telemetry"
-    """Readings repeat to the last digit."""
+    """Identical readings for longer than `Thresholds.stale_s`."""
     SILENT = "no answer"
-    """The board has left readings unanswered for too long."""
+    """No reply for `Thresholds.silent_s`."""
     UNWATCHED = "unwatched"
-    """Nobody polled a hand that is not open for too long."""
+    """No poll of a closed hand for `Thresholds.unwatched_s`."""
     JUMP = "jump"
     """An encoder moved faster than a servo can turn."""
     STRAY = "stray"
-    """An encoder is not where its channel was commanded to be."""
+    """An encoder deviates from the commands of its channel."""
     MOTION_AT_REST = "motion at rest"
     """An encoder moved without a command."""
     STILL_CLOSED = "still closed"
-    """An encoder did not arrive at the slow opening before the first motion."""
+    """An encoder did not arrive in the slow opening before the first motion."""
     NOT_OPENED = "not opened"
-    """The program ended, and the hand may not be open; nothing else was wrong."""
+    """The program ended without another violation, but the hand may not be open."""
     LINK_LOST = "link lost"
-    """The link was lost while a hand may have been closed; nothing else was wrong."""
+    """The link was lost at the end of the program, without another violation."""
     ENDED = "ended"
-    """The program has ended this hand, and asks for more."""
+    """Call after the end of the guarded hand."""
     FORKED = "forked"
-    """A forked process used the hand of its parent."""
+    """Call in a forked process on the hand of its parent."""
     NO_STANDBY = "no standby process"
-    """The second process did not start."""
+    """The standby process did not start."""
     NOT_PERMITTED = "not permitted"
-    """What was asked for would stop the hand."""
+    """Refused request that would have stopped the hand."""
 
 
 class Violation(NamedTuple):
-    """What is wrong with a hand."""
+    """Violation of a threshold or a safety rule."""
 
     reason: SafetyReason
     text: str
-    """The same for people, with what to do."""
+    """Message for the user, with a remedy."""
     channel: Channel | None = None
-    """The channel that it is about; None for all of them."""
+    """Affected channel; None for the whole hand."""
 
 
 class SafetyStopError(Exception):
-    """A hand was stopped, or not moved at all, because going on was not safe.
+    """A hand was stopped, or not moved, for safety.
 
-    Not an `AeroError`: a program that puts up with a lost reading must not put up with this.
+    Deliberately not an `AeroError`: a program that tolerates a lost reading must not tolerate a stop.
     """
 
     exit_code = Exit.STOPPED
@@ -98,10 +98,10 @@ class SafetyStopError(Exception):
         super().__init__(message)
         self.reason = reason
         self.channel = channel
-        """The channel that the reason is about; None for all of them."""
+        """Affected channel; None for the whole hand."""
 
 
 class LinkLostError(SafetyStopError, ConnectionError):
-    """The link was lost while a hand may have been closed, so that it could not be opened; nothing else was wrong."""
+    """The link was lost at the end of the program, so that the hand could not be opened."""
 
     exit_code = Exit.NO_HAND

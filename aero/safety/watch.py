@@ -1,4 +1,4 @@
-"""Watching a hand: `Watch` makes violations of readings, `Lookout` reads when it is time, and tells how late it was."""
+"""Polling of a hand: `Lookout` reads on schedule and records delays, `Watch` detects violations in the readings."""
 
 from __future__ import annotations
 
@@ -22,41 +22,41 @@ from aero.safety.thresholds import Thresholds
 _LOG = logging.getLogger(__name__)
 Floats = NDArray[np.float64]
 ROUNDING_S = 1e-6
-"""A poll that waits for exactly as long as a board may be silent says so at once, and not after another one."""
+"""Tolerance of the comparison with `silent_s`, s, so that a time-out of exactly that length counts."""
 WORTH_SAYING_S = 0.03
-"""Delays below this are those of an idle machine and a healthy board, s."""
+"""Threshold of a reported delay, s; an idle computer and a healthy board are below it."""
 
 
 class Watch:
-    """Judges what a hand reports against what it was commanded. It knows no hand and no clock.
+    """Check of readings against thresholds and commands, without access to hand or clock.
 
-    Positions are fractions of the command window, (7,) in command order, 0 open and 1 closed; times are s on any one
-    clock and never run backwards.
+    Positions are fractions of the command window, (7,) in command order, 0 open and 1 closed; times are s on one
+    monotonic clock.
     """
 
     def __init__(self, thresholds: Thresholds, spans_counts: ArrayLike, telemetry_s: float) -> None:
-        """Start watching.
+        """Start without past commands or readings.
 
         Args:
-            thresholds: what the hand must not exceed.
+            thresholds: stop criteria.
             spans_counts: (7,) servo counts of the channels' command windows.
-            telemetry_s: age that a value may have when the board sends it, s.
+            telemetry_s: largest age of a value when the board sends it, s.
         """
         self.encoders = Encoders(thresholds, spans_counts, telemetry_s)
-        """What it knows of commands; tell it each one."""
+        """Encoder checks; the caller reports each command to them."""
         self._thresholds = thresholds
         self._debounce = Debounce(2 * thresholds.look_s)
         self._last_reading = b""
         self._silent_from: float | None = None
 
     def pause(self) -> None:
-        """Expect nothing for a while: the hand homes and answers nothing."""
+        """Drop past commands and readings, as before homing, in which the board is silent."""
         self.encoders.forget()
         self._debounce.clear()
         self._silent_from = None
 
     def unanswered(self, asked: float, t: float) -> Violation | None:
-        """Return the violation when a reading was asked for in vain from `asked` to `t` (s), or None."""
+        """Return the violation for a reading unanswered from `asked` to `t` (s), or None."""
         if self._silent_from is None:
             self._silent_from = asked
         silent_s = t - self._silent_from
@@ -69,7 +69,7 @@ class Watch:
         )
 
     def temperatures(self, celsius: Floats) -> Violation | None:
-        """Return the violation that temperatures (7,) °C show, or None."""
+        """Return the violation in temperatures (7,) °C, or None."""
         hottest = int(np.argmax(celsius))
         if celsius[hottest] < self._thresholds.temperature_c:
             return None
@@ -82,7 +82,7 @@ class Watch:
         )
 
     def look(self, reading: Reading, currents_a: Floats) -> Violation | None:
-        """Return the violation that positions and currents (7,) A, read together, show; or None."""
+        """Return the first violation in positions and currents (7,) A of one poll, or None."""
         self._silent_from = None
         return next(self._violations(reading, currents_a), None)
 
@@ -117,27 +117,26 @@ LATE = {
     "poll": "this machine was busy or the program did not call: polls began up to {:.2f} s late",
     "reply": "readings came up to {:.2f} s after they were asked for, because of this machine, the link or the board",
 }
-"""What may be late, and what is said of the worst. Nothing tells who held a reply up, and no reply at all is nobody's
-lateness."""
+"""Message about the largest delay, by kind. The cause of a late reply is unknown; a missing reply is not counted."""
 
 
 class Lateness:
-    """Remembers the delays of the last `kept_s` (s): polls that began late, and replies that came late."""
+    """Record of late polls and late replies in the last `kept_s` (s)."""
 
     def __init__(self, kept_s: float, piece_s: float) -> None:
-        """Keep delays for `kept_s`; an idle program waits in pieces of `piece_s`, so its polls begin that late (s)."""
+        """Keep delays for `kept_s` (s); `piece_s` (s) is the normal lateness of an idle program's polls."""
         self._kept_s = kept_s
         self._piece_s = piece_s
         self._delays: deque[tuple[float, str, float]] = deque()
 
     def began(self, t: float, late_s: float) -> bool:
-        """Take a poll that began at `t`, `late_s` after it was due (s); return whether that is worth saying."""
+        """Record a poll begun at `t`, `late_s` after its due time (s); return whether the delay is reported."""
         late = late_s > self._piece_s + WORTH_SAYING_S
         self._note(t, "poll", late_s if late else 0.0)
         return late
 
     def answered(self, t: float, after_s: float) -> None:
-        """Take a poll that was answered at `t`, `after_s` after it began (s)."""
+        """Record a poll answered at `t`, `after_s` after its begin (s)."""
         self._note(t, "reply", after_s)
 
     def _note(self, t: float, what: str, late_s: float) -> None:
@@ -147,34 +146,34 @@ class Lateness:
             self._delays.popleft()
 
     def remark(self) -> str:
-        """Return what to say about it, empty when all was in time."""
+        """Return a sentence on the largest recorded delays; empty without any."""
         worst = {what: max((s for _, one, s in self._delays if one == what), default=0.0) for what in LATE}
         said = "; ".join(LATE[what].format(late_s) for what, late_s in worst.items() if late_s)
         return f". In the {self._kept_s:g} s before, {said}" if said else ""
 
 
 class Stop(NamedTuple):
-    """What a poll found that stops the hand."""
+    """Result of a poll that stops the hand."""
 
     violation: Violation
     silent: bool
-    """Whether the board left the poll unanswered."""
+    """True if the board did not answer the poll."""
 
 
 class Lookout:
-    """Reads positions, currents and temperatures when it is time, and lets `Watch` judge them."""
+    """Scheduled polling of positions, currents and temperatures, checked by `Watch`."""
 
     def __init__(
         self, hand: AeroHand, clock: Clock, thresholds: Thresholds, spans_counts: ArrayLike, telemetry_s: float
     ) -> None:
-        """Be due at once.
+        """Schedule the first poll at once.
 
         Args:
-            hand: what is polled.
-            clock: of the hand.
-            thresholds: when to poll, and what the hand must not exceed.
+            hand: hand to poll.
+            clock: clock of the hand.
+            thresholds: poll periods and stop criteria.
             spans_counts: (7,) servo counts of the channels' windows.
-            telemetry_s: age that a value may have when the board sends it, s.
+            telemetry_s: largest age of a value when the board sends it, s.
         """
         self.watch = Watch(thresholds, spans_counts, telemetry_s)
         self._hand = hand
@@ -184,7 +183,7 @@ class Lookout:
         self._due = self._temperatures_due = self._looked_at = clock.now()
 
     def pause(self) -> None:
-        """Expect nothing of what was before: the hand has homed and answered nothing meanwhile."""
+        """Drop past commands and readings and restart the schedule, after homing."""
         self.watch.pause()
         self._due = self._looked_at = self._clock.now()
 
@@ -194,25 +193,25 @@ class Lookout:
         return self._clock.now() - self._looked_at
 
     def remark(self) -> str:
-        """Return what to say about late polls and late replies, empty when all was in time."""
+        """Return a sentence on late polls and late replies; empty without any."""
         return self._lateness.remark()
 
     def look(self, *, closed: bool, restore: Callable[[], None]) -> Stop | None:
-        """Poll if it is time, and return what stops the hand, or None.
+        """Poll if due, and return the violation that stops the hand, or None.
 
         Args:
-            closed: whether the hand may be closed, so that it must not go unwatched.
-            restore: called after a poll that was answered; an error of it counts as no answer.
+            closed: whether the hand may be closed; only then the `unwatched_s` threshold applies.
+            restore: called after an answered poll; its AeroError counts as a missing reply.
 
         Raises:
-            ConnectionError: the link is gone.
+            ConnectionError: the link is lost.
         """
         now = self._clock.now()
         if now < self._due:
             return None
         silent = False
-        if self._hand.silent_from is None:  # else the program has waited for the board
-            # What the poll before took makes this one not late.
+        if self._hand.silent_from is None:  # otherwise the delay is the program's wait for the board
+            # The duration of the previous poll does not make this one late.
             late_s = now - max(self._due, self._looked_at + self._thresholds.look_s)
             if self._lateness.began(now, late_s):
                 _LOG.info("%s: guard poll %.2f s late", self._hand.name, late_s)
@@ -222,7 +221,7 @@ class Lookout:
             restore()
         except AeroError as error:
             _LOG.info("%s: a poll was not answered: %s", self._hand.name, error)
-            # What the program itself has asked in vain counts too.
+            # Unanswered requests of the program itself count too.
             asked = now if self._hand.silent_from is None else min(now, self._hand.silent_from)
             violation = self.watch.unanswered(asked, self._clock.now())
             silent = True
@@ -231,7 +230,7 @@ class Lookout:
         return None if violation is None else Stop(violation, silent)
 
     def _unwatched(self, now: float, closed: bool) -> Violation | None:
-        """Return the violation when nobody has polled a hand that is not open for too long."""
+        """Return the violation for a closed hand without a poll for `unwatched_s`, or None."""
         unwatched_s = now - self._looked_at
         if not closed or unwatched_s <= self._thresholds.unwatched_s:
             return None

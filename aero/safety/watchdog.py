@@ -1,4 +1,4 @@
-"""Polls a hand on a port when its program does not, as in a callback that takes half a minute."""
+"""Watchdog thread that polls a hand on a port if its program does not, as in a long callback."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ _LOG = logging.getLogger(__name__)
 
 
 class Watchdog:
-    """A thread that asks now and then whether its hand goes unwatched.
+    """Thread that periodically checks for a hand without polls.
 
-    It shares the guard's lock, so that it comes between two calls of the program and never into one. It needs Python
-    to run: a call of a C library that keeps the interpreter lock, or a stopped process, stops it too.
+    The guard's lock keeps its polls between two calls of the program. The thread needs the interpreter: a C library
+    that holds the interpreter lock, or a stopped process, stops the watchdog too.
     """
 
     def __init__(self, check: Callable[[], None], period_s: float) -> None:
-        """Prepare it; nothing runs before `start`.
+        """Store the check; `start` starts the thread.
 
         Args:
             check: polls the hand if its program has not for too long.
-            period_s: time from one check to the next, s.
+            period_s: period of the checks, s.
         """
         self._check = check
         self._period_s = period_s
@@ -32,14 +32,14 @@ class Watchdog:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Start it; nothing happens when it runs already."""
-        # Asked whether it runs: what interrupted an earlier start may have left a thread that was made and never ran.
+        """Start the thread; no effect if it already runs."""
+        # `is_alive`, because an interrupted start may have created a thread that never ran.
         if self._thread is None or not self._thread.is_alive():
             self._thread = threading.Thread(target=self._run, name="aero watchdog", daemon=True)
             self._thread.start()
 
     def end(self) -> None:
-        """Check no more; does not wait for a check that is being made."""
+        """Stop the checks, without waiting for one in progress."""
         self._ended.set()
 
     def _run(self) -> None:
@@ -52,7 +52,7 @@ class Watchdog:
 
 
 class WatchedClock:
-    """A clock whose waits are cut into pieces, with a poll of the hand after each."""
+    """Clock that splits waits into pieces and polls the hand after each."""
 
     def __init__(self, clock: Clock, look: Callable[[], None], piece_s: float) -> None:
         self._clock = clock
@@ -61,7 +61,7 @@ class WatchedClock:
 
     @property
     def bare(self) -> Clock:
-        """The clock behind."""
+        """Wrapped clock, without polls."""
         return self._clock
 
     def now(self) -> float:
@@ -69,11 +69,11 @@ class WatchedClock:
         return self._clock.now()
 
     def sleep_until(self, t: float) -> None:
-        """Return when `now()` is at least `t` (s).
+        """Wait until `now()` is at least `t` (s).
 
         Raises:
             ValueError: `t` is not finite.
-            SafetyStopError: what `look` raises.
+            SafetyStopError: raised by a poll.
         """
         finite_s(t)
         while (now := self._clock.now()) < t:
