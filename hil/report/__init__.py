@@ -1,1 +1,1 @@
-"""The report: one self-contained HTML page about a judged run, and the folder it lies in."""
+"""Report of a judged run: one self-contained HTML page, and the result folder."""

@@ -1,4 +1,4 @@
-"""What was measured beside what the paper published, each with its limit and with the reason for a difference."""
+"""Comparison of measured values with the paper's, with limits and reasons for differences."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from hil.verdict.judged_run import Result, Validation
 
 EXCURSION = EXPERIMENTS["excursion"]
 MARK = "\u2020"
-"""Stands at a number of the paper that measures something else."""
+"""Footnote mark of a published value of another quantity."""
 MARKED = (
     f"{MARK} Another quantity: the thumb is swept alone through its whole window here, and goes to a fist in the paper."
 )
 SPANS = ("excursion_model", "excursion_hand")
-"""Metrics that are of a sweep here, and of a fist in the paper."""
+"""Metrics taken in a sweep here, but in a fist in the paper."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A measured number beside the paper's, both as text."""
+    """Measured value beside the paper's, both as text."""
 
     name: str
     ours: str
     paper: str
-    """With `MARK` where it is of another quantity."""
+    """Published value, with `MARK` if of another quantity."""
     limit: str
     failed: bool = False
 
 
 @dataclass(frozen=True)
 class PaperRow:
-    """One channel's line of the table."""
+    """Row of the table, one a channel."""
 
     title: str
     unit: str
@@ -49,7 +49,7 @@ class PaperRow:
 
 @dataclass(frozen=True)
 class TextRow:
-    """A number of the paper's text beside ours."""
+    """Value from the text of the paper beside ours."""
 
     name: str
     paper: str
@@ -60,14 +60,14 @@ class TextRow:
 
 
 def compared(validation: Validation) -> Result | None:
-    """Return what stands in a table beside the paper's, None when nothing of the kind was measured."""
+    """Return the result to be compared with the paper's table, or None if none was measured."""
     return next(
         (result for name, result in validation.results.items() if result.measured and EXPERIMENTS[name].columns), None
     )
 
 
 def table(result: Result) -> tuple[PaperRow, ...]:
-    """Return the columns that an experiment declares, a row a channel: each number beside the paper's and its limit."""
+    """Return the table of an experiment's declared columns, a row a channel, with the paper's values and limits."""
     judged = {(finding.check, finding.subject): finding for finding in result.findings}
     measuring = EXPERIMENTS[result.recording.header.experiment]
     rows = []
@@ -82,7 +82,7 @@ def table(result: Result) -> tuple[PaperRow, ...]:
 
 
 def reasons(result: Result) -> dict[tuple[str, str], list[str]]:
-    """Return why a column may differ from the paper's, each column and reason once, to the channels it is about."""
+    """Return the known differences from the paper: pairs of column and reason, to the affected channels."""
     measuring = EXPERIMENTS[result.recording.header.experiment]
     found: dict[tuple[str, str], list[str]] = {}
     for column in measuring.columns:
@@ -99,7 +99,7 @@ def length_unit(channel: Channel) -> str:
 
 
 def text_rows(validation: Validation) -> list[TextRow]:
-    """Return the figures of the paper's text that were measured, and those that cannot be."""
+    """Return the values from the paper's text: those measured, then those that cannot be measured."""
     measured = [
         _text_row(figure, metric, name, validation)
         for name, measuring in EXPERIMENTS.items()
@@ -135,7 +135,7 @@ def _cell(metric: Metric, subject: str, ours: float | None, finding: Finding | N
 
 
 def _number(value: float | None, digits: int) -> str:
-    """Return a number for a table; an en dash where it was withheld, `none` where it could not be measured."""
+    """Return a value for a table: an en dash if withheld, `none` if not measurable."""
     if value is None:
         return "\u2013"
     return "none" if math.isnan(value) else f"{value:.{digits}f}"

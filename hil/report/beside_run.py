@@ -1,4 +1,4 @@
-"""Two runs side by side, channel by channel: two hands, or a hand and its emulated twin; neither is judged."""
+"""Comparison of two recordings by channel, without verdicts: two hands, or a hand and its emulated twin."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from hil.targets.hand_spec import hand_words
 
 @dataclass(frozen=True)
 class ChannelDiff:
-    """One channel of two recordings; encoder differences in per cent of the window."""
+    """Difference of one channel between two recordings; encoder differences in per cent of the window."""
 
     rms: float
-    """Root mean square of second less first, at the first's sample times."""
+    """Root mean square of second minus first, at the first's sample times."""
     mean: float
-    """Mean of second less first."""
+    """Mean of second minus first."""
     worst: float
-    """Greatest magnitude, with its sign."""
+    """Difference of greatest magnitude, signed."""
     metrics: dict[str, tuple[float | None, float | None]]
-    """What the experiment measures on this channel: first and second, None where it could not be measured."""
+    """Metrics of the experiment on this channel: first and second, None if not measurable."""
 
 
 def difference(first: Recording, second: Recording) -> dict[Channel, ChannelDiff]:
     """Compare two recordings of one experiment.
 
     Raises:
-        UnusableFileError: they are of different experiments.
+        UnusableFileError: the recordings are of different experiments.
     """
     names = {first.header.experiment, second.header.experiment}
     if len(names) > 1 or not names <= EXPERIMENTS.keys():
@@ -68,10 +68,10 @@ def _signed_extreme(values: NDArray[np.float64]) -> float:
 
 
 def beside_text(first: Recording, second: Recording) -> Iterator[Text | Table]:
-    """Yield what a person reads about two recordings of one experiment.
+    """Yield the comparison of two recordings of one experiment, for a terminal.
 
     Raises:
-        UnusableFileError: they are of different experiments.
+        UnusableFileError: the recordings are of different experiments.
     """
     found = difference(first, second)
     for which, header in (("first", first.header), ("second", second.header)):

@@ -1,4 +1,4 @@
-"""Where a finding can be seen: the seconds of a recording, the worst instant, and the page's first plot."""
+"""Evidence of findings: time range in a recording, worst instant, and the page's first plot."""
 
 from __future__ import annotations
 
@@ -21,45 +21,45 @@ from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Result, Validation
 
 ROWS_OF_UNIT = {"°C": ("position", "temperature", "current")}
-"""Unit of a metric to the rows of the first plot; position, error and current for the others."""
+"""Unit of a metric, to the rows of the first plot; by default position, error and current."""
 PADDING_S = 0.4
-"""Shown on either side of the seconds of a finding."""
+"""Padding before and after the time range of a finding, s."""
 FULLY = 0.9
-"""Fraction of a window from which an experiment closes a channel fully."""
+"""Threshold of travel, fraction of the window; above it an experiment closes a channel fully."""
 LAST_S = 6.0
-"""Seconds shown of an experiment that did not end."""
+"""Length of the plot of an aborted experiment (its end), s."""
 CLEARLY = 2.0
-"""Excess from which on a finding is clearly off."""
+"""Threshold of excess; above it a finding counts as clear."""
 ARRIVAL_S = 0.25
-"""Time in which a channel arrives after a command, s: until then all are off."""
+"""Settling time of a channel after a command, s; earlier errors are ignored, because every channel has them."""
 SHORTEST_S = 0.1
-"""Least length of a stretch in which one channel alone is commanded: there is none where all move at once."""
+"""Threshold of a channel's own stretch of commands, s; below it all channels count as commanded at once."""
 LONGEST_S = 60.0
-"""Seconds shown of a finding."""
+"""Limit of the plotted time range of a finding, s."""
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """The seconds of one recording that show one finding."""
+    """Time range of a recording that shows a finding."""
 
     experiment: str
     """Name in the header of the recording."""
     start: float
-    """s since the start of the recording."""
+    """Start of the range, s since the start of the recording."""
     end: float
     worst: float | None = None
-    """Instant of the worst sample, s; None when it is not one instant that counts."""
+    """Time of the worst sample, s; None for a metric without a single worst sample."""
 
     @property
     def words(self) -> str:
-        """The time for people."""
+        """Time range for display."""
         worst = "" if self.worst is None else f", worst at {self.worst:.1f} s"
         return f"{self.start:.1f} to {self.end:.1f} s{worst}"
 
 
 @dataclass(frozen=True)
 class FirstPlot:
-    """The plot that shows most of a run."""
+    """Most informative plot of a run."""
 
     title: str
     caption: str
@@ -67,12 +67,12 @@ class FirstPlot:
 
 
 def excess(finding: Finding) -> float:
-    """Return how far a finding is off, whatever its side; 0 when that is not known."""
+    """Return the magnitude of a finding's excess; 0 if unknown."""
     return 0.0 if finding.excess is None else abs(finding.excess)
 
 
 def evidence(experiment: str, finding: Finding, result: Result) -> Evidence | None:
-    """Return where a finding of an experiment can be seen, None when its recording has no samples."""
+    """Return the evidence of a finding of an experiment, or None if the recording has no samples."""
     recording, measuring = result.recording, JUDGED[experiment]
     end = duration_s(recording)
     if not end:
@@ -84,7 +84,7 @@ def evidence(experiment: str, finding: Finding, result: Result) -> Evidence | No
 
 
 def by_finding(judged: Mapping[str, Result]) -> dict[Finding, Evidence]:
-    """Return where each failed finding can be seen; those that cannot be are left out."""
+    """Return the evidence of each failed finding; omit findings without evidence."""
     found = {
         finding: evidence(name, finding, result)
         for name, result in judged.items()
@@ -94,7 +94,7 @@ def by_finding(judged: Mapping[str, Result]) -> dict[Finding, Evidence]:
 
 
 def first_plot(validation: Validation, seen: Mapping[Finding, Evidence]) -> FirstPlot | None:
-    """Return the channel that failed beside a healthy one; simulator and hand of a good run; None without samples."""
+    """Return a plot of a failed channel beside a healthy one, or of simulator and hand; None without samples."""
     if (cut := next(filter(drawable, map(with_samples, validation.end.cut)), None)) is not None:
         return _last_seconds(validation, cut)
     if seen:
@@ -120,7 +120,7 @@ def _failed_beside_healthy(validation: Validation, seen: Mapping[Finding, Eviden
     speaking = validation.diagnosis.evidence
 
     def rank(finding: Finding) -> tuple[bool, bool, bool]:
-        # Of a driver the bytes speak, and how the hand moved shows it.
+        # Prefer experiments to the whole run: a driver error is proven by the bytes, but visible in the motion.
         return finding.subject == suspect.label, finding.experiment in validation.results, finding in speaking
 
     best = max(map(rank, seen))
@@ -128,7 +128,7 @@ def _failed_beside_healthy(validation: Validation, seen: Mapping[Finding, Eviden
     clear = min(CLEARLY, max(map(excess, found)))
 
     def hard_to_see(finding: Finding) -> tuple[bool, bool, float, float]:
-        # Seen best where the channel alone closes fully, in few seconds.
+        # A short range in which the channel alone closes fully shows a finding best.
         experiment, where, metric = EXPERIMENTS.get(finding.experiment), seen[finding], _metric(finding)
         closes = experiment is not None and experiment.furthest[suspect] >= FULLY
         together = metric is not None and bool(metric.seconds)
@@ -167,7 +167,7 @@ def _failed_beside_healthy(validation: Validation, seen: Mapping[Finding, Eviden
 
 
 def _agrees(recording: Recording) -> tuple[bool, bool]:
-    """Return whether simulator and hand stand side by side in a recording, and whether the paper has the table."""
+    """Return sort keys of a recording: has simulator and hand side by side; has a table in the paper."""
     return has_samples(recording, "model"), bool(EXPERIMENTS[recording.header.experiment].columns)
 
 
@@ -188,7 +188,7 @@ def _title(channels: Sequence[Channel], rest: str) -> str:
 
 
 def _suspect(validation: Validation) -> Channel:
-    """Return the channel that a run speaks of: that of its diagnosis, else the one with most failed checks."""
+    """Return the channel of the diagnosis, else of the stop, else with most failed checks."""
     channels, error = validation.diagnosis.channels, validation.end.error
     if channels:
         return channels[0]
@@ -199,16 +199,16 @@ def _suspect(validation: Validation) -> Channel:
 
 
 def _companion(validation: Validation, bad: Channel) -> Channel:
-    """Return the channel to compare with: one that passed if there is one, of the same kind if there is one, near."""
+    """Return a channel to compare with: preferably one that passed, of the same kind (finger or thumb), nearby."""
     off = {finding.subject for finding in failed(validation.findings)}
     others = [channel for channel in Channel if channel is not bad]
     return min(others, key=lambda c: (c.label in off, (c in FINGERS) != (bad in FINGERS), abs(c - bad)))
 
 
 def _moment(recording: Recording, columns: Sequence[PlotColumn], unit: str) -> float | None:
-    """Return when the first column's channel differed most from the second's, s; None without samples.
+    """Return the time, s, of the largest difference between the two columns' channels; None without samples.
 
-    Compared are currents, temperatures, or positions less their commands, once each channel had time to arrive.
+    Compare currents, temperatures or position errors by `unit`, after the settling time of each command.
     """
     name = {"A": "currents", "°C": "temperatures"}.get(unit, "codes")
     if not has_samples(recording, name):
@@ -232,15 +232,15 @@ def _moment(recording: Recording, columns: Sequence[PlotColumn], unit: str) -> f
 
 
 def _metric(finding: Finding) -> Metric | None:
-    """Return what is known of the number of a finding, None for one about the experiment as a whole."""
+    """Return the metric of a finding, or None for a finding about the whole experiment."""
     metrics = JUDGED[finding.experiment].metrics if finding.experiment in JUDGED else ()
     found = (m for m in metrics if m.name == finding.check and finding.subject in m.subjects)
     return next(found, None)
 
 
 def _seconds(recording: Recording, subject: str, which: str, end: float) -> tuple[float, float]:
-    """Return the part of a recording that a finding is about."""
-    # Lengths first: their codes change on the coupled channels of the thumb too.
+    """Return start and end, s, of the part of a recording that a finding refers to."""
+    # Lengths before codes, because codes of the thumb's coupled channels change with each other.
     name = "command" if has_samples(recording, "command") else "command_codes"
     if not has_samples(recording, name) or subject not in CHANNELS or which == "all":
         return 0.0, end
@@ -253,7 +253,7 @@ def _seconds(recording: Recording, subject: str, which: str, end: float) -> tupl
 
 
 def first_seen(validation: Validation) -> str:
-    """Return when something was first seen, in words; empty when the first experiment that moves the hand shows it."""
+    """Return a phrase on the first failing experiment; empty if no experiment that moves the hand passed before."""
     ran = sorted(validation.results.values(), key=lambda result: result.recording.header.started)
     bad = next((i for i, result in enumerate(ran) if failed(result.findings)), None)
     if bad is None or not any(_moves(result.recording) for result in ran[:bad]):

@@ -1,4 +1,4 @@
-"""A film of an emulated hand that turned a cube, drawn from the recording of its policy."""
+"""Film of an emulated hand turning a cube, rendered from the recording of a policy."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from hil.recordings.recording import Recording
 from model.pictures import frames
 
 FRAMES_PER_S = 10.0
-"""Half the control periods, which is enough to follow and half the file."""
+"""Frame rate of a film, Hz: half the control rate, for half the file size."""
 COLOURS = 64
-"""Colours of the palette that all frames share, so that what does not move does not flicker."""
+"""Size of the palette, common to all frames so that static parts do not flicker."""
 
 
 def write_film(recording: Recording, path: Path) -> None:
-    """Draw hand and cube in the time they took, to a GIF file.
+    """Write a real-time film of hand and cube as a GIF file.
 
     Raises:
-        UnusableFileError: the recording holds no cube.
+        UnusableFileError: the recording has no cube.
     """
     posture = recording.series.get("posture")
     if posture is None or posture.columns != tuple(POSTURE):

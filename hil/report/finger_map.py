@@ -1,4 +1,4 @@
-"""The finger map of a report: each channel's verdict beside its name, and the reason where it has none."""
+"""Finger map of a report: each channel's verdict, or the reason for a missing verdict."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WORDS: dict[DigitState, str] = {
     "none": "not judged",
 }
 MARKS: dict[DigitState, str] = {"pass": "\u2713", "fail": "\u2717", "partly": "\u25d0", "none": "\u2013"}
-"""Beside each name, so that no verdict is shown by colour alone."""
+"""Symbol beside each name, so that colour is never the only sign of a verdict."""
 DIGITS: dict[Channel, tuple[tuple[float, float], ...]] = {
     Channel.INDEX: ((21.6, -138.6), (23.8, -179.5), (25.0, -200.2), (26.1, -222.9)),
     Channel.MIDDLE: ((-1.5, -138.8), (-1.5, -179.7), (-1.5, -200.4), (-1.5, -223.1)),
@@ -26,25 +26,25 @@ DIGITS: dict[Channel, tuple[tuple[float, float], ...]] = {
     Channel.THUMB_CMC_FLEXION: ((33.8, -72.5), (50.9, -98.7)),
     Channel.THUMB_FLEXOR: ((50.9, -98.7), (64.8, -120.9), (73.3, -144.3)),
 }
-"""Joints and tip of what each channel moves, mm, right and down; a right hand seen from where its palm looks to, with
-the model's lengths. A left hand is its mirror image."""
+"""Joints and tip of each channel's digit, (right, down) in mm: palm view of a right hand with the model's lengths. A
+left hand is its mirror image."""
 
 
 @dataclass(frozen=True)
 class ChannelVerdict:
-    """What a run says about one channel."""
+    """Verdict of a run on one channel."""
 
     state: DigitState
     words: str
-    """For people."""
+    """Text for display."""
     reason: str = ""
-    """Why it was not judged; empty for one that was."""
+    """Reason for a missing verdict; empty for a judged channel."""
 
 
 def verdicts(validation: Validation) -> dict[Channel, ChannelVerdict]:
-    """Return each channel's verdict: grey where its checks say nothing about it, or where there are none.
+    """Return the verdict of each channel, `none` without checks, or if a fault elsewhere explains its failures.
 
-    A driver, a link or a supply that is at fault makes checks of healthy fingers fail.
+    A faulty driver, link or supply makes checks of healthy fingers fail.
     """
     return {channel: _verdict(validation, channel) for channel in Channel}
 

@@ -1,13 +1,13 @@
-"""A recording with what Foxglove's panels need beside it; `read_recording` passes over what is added.
+"""Export of a recording with extra topics for Foxglove's panels, which `read_recording` ignores.
 
-| topic | schema | what |
+| topic | schema | content |
 |---|---|---|
-| `/joints/measured`, `/joints/commanded` | `foxglove.JointStates` | sixteen joints, rad |
-| `/hand/scene` | `foxglove.SceneUpdate` | the hand, drawn once |
-| `/hand/frames` | `foxglove.FrameTransforms` | where its links are |
-| `/findings` | `foxglove.Log` | each finding, where the seconds that show it begin |
+| `/joints/measured`, `/joints/commanded` | `foxglove.JointStates` | sixteen joint angles, rad |
+| `/hand/scene` | `foxglove.SceneUpdate` | shapes of the hand, once |
+| `/hand/frames` | `foxglove.FrameTransforms` | poses of the links |
+| `/findings` | `foxglove.Log` | each finding, at the start of its evidence |
 
-Angles are those that the encoders say: one angle for all joints on a cable, since a cable cannot tell them apart.
+Joint angles derive from the encoders: one angle for all joints of a cable, which cannot distinguish them.
 """
 
 from __future__ import annotations
@@ -51,22 +51,22 @@ from hil.verdict.validation import judge_recordings
 from model.drawn_parts import DrawnPart, PosedHand, Vector
 
 ROOT = "world"
-"""Frame that the frames of all bodies are in."""
+"""Parent frame of all bodies."""
 POSTURE_S = 0.05
-"""Least time from one posture to the next, s: what a film of the hand needs."""
+"""Minimum time between two exported postures, s: enough for smooth playback."""
 LAYOUT = Path(__file__).with_name("foxglove_layout.json")
-"""The layout of Foxglove's panels that ships with this project."""
+"""Panel layout for Foxglove that ships with aero-hil."""
 
 TimedEntry = tuple[float, Callable[[RecordingFile], None]]
-"""When something happens, s since the start, and what writes it."""
+"""Time of an entry, s since the start, and its writer."""
 
 
 def export(recording: Recording, path: Path) -> None:
-    """Write a recording for Foxglove, replacing what is at `path`; everything is in the order of time.
+    """Write a recording for Foxglove atomically to `path`, in order of time.
 
     Raises:
         CannotBeWrittenError: the file cannot be written.
-        Exception: the recording lacks something; then nothing is written.
+        Exception: the recording lacks required data; the file is then unchanged.
     """
     entries = sorted([*_recorded(recording), *_added(recording)], key=lambda entry: entry[0])
     with writing(path), whole(path) as draft, closing(RecordingFile(draft, recording.header)) as file:
@@ -78,7 +78,7 @@ def export(recording: Recording, path: Path) -> None:
 
 
 def _recorded(recording: Recording) -> Iterator[TimedEntry]:
-    """Return what is in the recording already."""
+    """Yield the entries of the recording itself."""
     for name, series in recording.series.items():
         add = partial(RecordingFile.add_sample, name=name, columns=series.columns, units=series.units)
         for t, row in zip(series.times.tolist(), series.values.tolist(), strict=True):
@@ -90,7 +90,7 @@ def _recorded(recording: Recording) -> Iterator[TimedEntry]:
 
 
 def _added(recording: Recording) -> Iterator[TimedEntry]:
-    """Return what Foxglove's panels need besides."""
+    """Yield the additional entries for Foxglove's panels."""
     header = recording.header
     at, hand = _timestamp(header, 0.0), PosedHand(header.hand)
     yield _entry("/hand/scene", 0.0, scene(hand, at))
@@ -106,7 +106,7 @@ def _added(recording: Recording) -> Iterator[TimedEntry]:
 
 
 def _postures(recording: Recording, name: str) -> Iterator[tuple[float, NDArray[np.float64]]]:
-    """Return the joint angles, (16,) rad, that a series of codes stands for, thinned to what is seen."""
+    """Yield times, s, and joint angles, (16,) rad, of a series of codes, at least `POSTURE_S` apart."""
     if name not in recording.series:
         return
     series, codec = recording[name], map_of(recording.header)
@@ -163,13 +163,13 @@ def _timestamp(header: Header, t: float) -> Timestamp:
 
 
 def scene(hand: PosedHand, at: Timestamp) -> SceneUpdate:
-    """Return everything that is drawn of a hand but its cables, each part in the frame of its body."""
+    """Return the shapes of a hand without cables, each in the frame of its body."""
     by_body = groupby(hand.parts(), key=lambda part: part.body)
     return SceneUpdate(entities=[_entity(body, list(parts), at) for body, parts in by_body])
 
 
 def frames(hand: PosedHand, joints: ArrayLike, at: Timestamp) -> FrameTransforms:
-    """Return the frames of all bodies at joint angles, (16,) rad; the hand is left in this posture."""
+    """Pose the hand at joint angles, (16,) rad, and return the frames of all bodies."""
     hand.pose(joints)
     transforms = [
         FrameTransform(

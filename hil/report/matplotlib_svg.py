@@ -1,4 +1,4 @@
-"""Matplotlib's figures as SVG, in one style."""
+"""Matplotlib figures as SVG in a common style."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STYLE: Any = {  # matplotlib types the keys as one literal each
 
 
 def svg_of(figure: Figure) -> str:
-    """Return a figure as an SVG element, text kept as text; the same figure gives the same text."""
+    """Return a figure as a reproducible SVG element with text as text, not as paths."""
     out = io.StringIO()
     with mpl.rc_context(STYLE):
         figure.savefig(out, format="svg", metadata={"Date": None})

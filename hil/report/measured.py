@@ -1,4 +1,4 @@
-"""Everything that a run measured, in words and with units: for the page and as CSV."""
+"""Measured values of a run with display names and units, for the page and as CSV."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from hil.verdict.judged_run import Result
 
 @dataclass(frozen=True)
 class MeasuredNumber:
-    """One number that was measured."""
+    """Value of one metric on one subject."""
 
     experiment: str
     subject: str
-    """A channel, or what else was measured."""
+    """Channel label, or another subject such as the whole hand."""
     metric: str
     """Name in `checks.json` and in the limits."""
     words: str
-    """Name for people."""
+    """Display name."""
     value: float
-    """NaN where it could not be measured."""
+    """Measured value; NaN if not measurable."""
     unit: str
 
     @property
     def number(self) -> str:
-        """Value in full, empty where it could not be measured."""
+        """Value in full precision; empty if not measurable."""
         return "" if math.isnan(self.value) else repr(self.value)
 
     @property
     def text(self) -> str:
-        """Value and unit for people."""
+        """Value and unit for display."""
         return "not measurable" if math.isnan(self.value) else f"{number(self.value)} {self.unit}".strip()
 
 
 def readings_of(name: str, result: Result) -> Iterator[MeasuredNumber]:
-    """Yield what an experiment measured, subject by subject."""
+    """Yield the measured values of an experiment, subject by subject."""
     known = {(metric.name, subject): metric for metric in JUDGED[name].metrics for subject in metric.subjects}
     for subject, row in result.measured.items():
         for metric, value in row.items():
@@ -50,7 +50,7 @@ def readings_of(name: str, result: Result) -> Iterator[MeasuredNumber]:
 
 
 def measured_csv(judged: Mapping[str, Result]) -> str:
-    """Return every reading of a run, one a line; what could not be measured has no value."""
+    """Return all measured values of a run as CSV, one a line, the value empty if not measurable."""
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
     lines.writerow(("experiment", "subject", "metric", "words", "value", "unit"))

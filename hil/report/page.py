@@ -1,4 +1,4 @@
-"""One self-contained HTML page about one run: verdict and place, a plot that shows it, the evidence, then the rest."""
+"""Self-contained HTML page of one run: verdict and location, first plot, evidence, then details."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ BYTES_ALONE = (
     "These are the bytes of a program and a hand, without an experiment: the link is judged. What was meant is not in "
     "them, so the driver's order, scale and sign are not judged."
 )
-"""Of a recording that `emulate` or `proxy` made."""
+"""Remark on a recording by `emulate` or `proxy`."""
 HEADINGS = {
     "pass": "\u2713 Within limits",
     "fail": "\u2717 Out of limits",
@@ -49,12 +49,12 @@ HEADINGS = {
 }
 CASE_HEADINGS = {"pass": "\u2713 The failure is gone", "fail": "\u2717 At fault", "unclear": "\u2013 Open case"}
 MOST_FINDINGS = 6
-"""Findings of a list that are shown unfolded."""
+"""Number of findings shown before a list is folded."""
 
 
 @dataclass(frozen=True)
 class Section:
-    """One experiment of the page, or what was judged of the run as a whole."""
+    """Section of the page on one experiment, or on the run as a whole."""
 
     name: str
     title: str
@@ -65,31 +65,30 @@ class Section:
 
     @property
     def measured(self) -> list[MeasuredNumber]:
-        """Everything that it measured, in the order of the hand's parts."""
+        """Measured values of the section on known subjects."""
         return [one for one in readings_of(self.name, self.result) if one.subject in SUBJECTS]
 
 
 @dataclass(frozen=True)
 class Shown:
-    """One failed finding of the page."""
+    """Failed finding on the page."""
 
     anchor: str
     finding: Finding
     evidence: Evidence | None
     show: str
-    """What a link to its plot shows there, JSON."""
+    """View that a link to the plot selects: channels, start and end, JSON."""
 
 
 def render_report(validation: Validation, files: Mapping[str, str] | None = None) -> str:
-    """Return the page for a run of experiments; it loads nothing from anywhere.
+    """Return the self-contained page of a run.
 
     Args:
-        validation: the run.
-        files: name of an experiment, or `session`, to the path of its recording, relative to the page; without one
-            the page does not link to it.
+        validation: judged run.
+        files: name of an experiment, or `session`, to the path of its recording relative to the page, for links.
 
     Raises:
-        ValueError: nothing was recorded, so there is nothing to report on.
+        ValueError: the run has no recording.
     """
     header, recordings = validation.header, _recordings(validation)
     if header is None:
@@ -97,7 +96,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     seen = by_finding(validation.judged)
     shown = {item.finding: item for item in _shown(validation, seen)}
     diagnosis = validation.diagnosis
-    # How the run ended stands beside the verdict.
+    # The end of the run is omitted here, because the page shows it beside the verdict.
     said = [finding for finding in diagnosis.evidence if finding != validation.end.finding]
     speaking = sorted(said, key=excess, reverse=True)
     return _template("report.html.j2").render(
@@ -135,7 +134,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
 
 
 def render_case(case: DiagnosisCase) -> str:
-    """Return the page of a case: what is at fault, and the chain of steps that says so; it loads nothing."""
+    """Return the self-contained page of a case: conclusion, and the steps that led to it."""
     steps = [
         (
             outcome_text(one),
@@ -161,7 +160,7 @@ def _listed(case: DiagnosisCase) -> str:
 
 
 def _verdict_of_case(case: DiagnosisCase) -> str:
-    """Return what a case came to, as `HEADINGS` names it; a set-up that was put right is no fault."""
+    """Return the key of `CASE_HEADINGS` for a case; a corrected set-up counts as a pass."""
     told = case.convicted
     if case.state is CaseState.RESET or (case.gone and (told is None or told.part is Part.SETUP)):
         return "pass"
@@ -182,12 +181,12 @@ def _template(name: str) -> Template:
 
 
 def reading_text(value: float) -> str:
-    """Return a reading in four digits, in words where it could not be measured."""
+    """Return a reading as text, or `not measurable` for NaN."""
     return "not measurable" if math.isnan(value) else number(value)
 
 
 def marked(text: str) -> Markup:
-    """Return a text as HTML, with what stands between backticks as code."""
+    """Return a text as escaped HTML, with spans between backticks as code."""
     parts = text.split("`")
     return Markup("").join(
         Markup("<code>{}</code>").format(part) if i % 2 else markupsafe.escape(part) for i, part in enumerate(parts)
@@ -195,7 +194,7 @@ def marked(text: str) -> Markup:
 
 
 def verdict_of(validation: Validation) -> str:
-    """Return the key of `HEADINGS`."""
+    """Return the key of `HEADINGS` for a run."""
     if validation.end.kind in {EndKind.HOST_BUSY, EndKind.FAULT_NEVER_FIRED}:
         return "unclear"
     if validation.end.kind in {EndKind.STOPPED, EndKind.NOT_OPENED}:
@@ -206,7 +205,7 @@ def verdict_of(validation: Validation) -> str:
 
 
 def _recordings(validation: Validation) -> dict[str, Recording]:
-    """Return every recording of a run by its experiment; of bytes alone what is in their frames."""
+    """Return the recordings of a run by experiment; for a wire recording, with series decoded from its bytes."""
     found = {name: result.recording for name, result in validation.results.items()}
     found |= {recording.header.experiment: with_samples(recording) for recording in validation.end.cut}
     if not found and validation.whole_run is not None:
@@ -234,7 +233,7 @@ def _sections(validation: Validation) -> list[Section]:
 
 
 def _shown(validation: Validation, seen: Mapping[Finding, Evidence]) -> Iterable[Shown]:
-    """Yield the failed findings, each with where it can be seen."""
+    """Yield the failed findings with their evidence."""
     for count, finding in enumerate(failed(validation.findings), start=1):
         where, show = seen.get(finding), ""
         if where is not None:
@@ -244,7 +243,7 @@ def _shown(validation: Validation, seen: Mapping[Finding, Evidence]) -> Iterable
 
 
 def withheld_lines(validation: Validation) -> dict[str, list[str]]:
-    """Return what was not judged by the reason, each as one line; of one cause the longest delay is named."""
+    """Return lines on withheld checks by reason, the reason being that of the longest delay of a kind."""
     found: dict[Why, dict[str, list[str]]] = {}
     reasons: dict[Why, str] = {}
     for one in sorted(validation.withheld, key=lambda one: one.held_up_s):
@@ -257,7 +256,7 @@ def withheld_lines(validation: Validation) -> dict[str, list[str]]:
 
 
 def _repeated(recordings: Iterable[Recording]) -> list[tuple[str, str]]:
-    """Return where and what the events of recordings were, those that differ in numbers alone as one."""
+    """Return pairs of location and text of events; merge events that differ only in numbers."""
     found: dict[tuple[str, str, str], list[Event]] = {}
     for recording in recordings:
         for event in recording.events:
@@ -272,6 +271,6 @@ def _when(events: Sequence[Event]) -> str:
 
 
 def _beside_paper(validation: Validation) -> dict[str, Any] | None:
-    """Return the table beside the paper's and why the two differ, None when nothing of it was measured."""
+    """Return the comparison with the paper's table and known differences, or None if no value was measured."""
     result = compared(validation)
     return None if result is None else {"rows": table(result), "reasons": reasons(result), "marked": MARKED}

@@ -1,4 +1,4 @@
-"""The interactive plots of a report: which readings the page carries, and which of them each plot shows at first."""
+"""Interactive plots of a report: embedded readings, and the initial view of each plot."""
 
 from __future__ import annotations
 
@@ -24,60 +24,60 @@ SCALES = {
     "model": 1e-3,
     "hand": 1e-3,
 }
-"""Series that are drawn, to the size of one step of the page's whole numbers: % of window, A, °C, mm and mrad."""
+"""Plotted series, to the resolution of their integers on the page: % of window, A, °C, mm and mrad."""
 READ_AS = {"codes": 1.0, "command_codes": 1.0, "currents": 1e3, "temperatures": 10.0}
-"""From a series' unit to those steps; lengths (m, rad) in thousandths of a mm or mrad."""
+"""Integer steps per unit of a series; by default 1e6, steps of a thousandth of a mm or mrad."""
 ROWS = ("position", "error", "current", "temperature", "length", "difference")
-"""What `templates/plots.js` can draw of a recording, from top to bottom; it leaves out what was not recorded."""
+"""Plot rows of `templates/plots.js`, top to bottom; rows without recorded data are omitted."""
 
 
 @dataclass(frozen=True)
 class PlotColumn:
-    """Some channels over some seconds."""
+    """Column of a plot: channels and a time range."""
 
     channels: tuple[int, ...]
     start: float
-    """s"""
+    """Start of the time range, s."""
     end: float
     title: str = ""
     mark: tuple[float, float] | None = None
-    """Seconds to shade."""
+    """Shaded time range, s."""
     at: float | None = None
-    """Instant to mark with a line, s."""
+    """Time of a marker line, s."""
     zero: float = 0.0
-    """Instant that counts as zero where columns are drawn together, s."""
+    """Zero of this column's time in a plot with a common time axis, s."""
 
 
 @dataclass(frozen=True)
 class Plot:
-    """One figure of the page: rows over columns, with one time axis for each column."""
+    """Figure of the page: a grid of rows and columns, with one time axis a column."""
 
     name: str
-    """Unique on the page; what links point at."""
+    """Unique name on the page, the target of links."""
     experiment: str
     rows: tuple[str, ...]
     columns: tuple[PlotColumn, ...]
     together: bool = False
-    """Whether all columns are drawn on one time axis, each counted from its own zero."""
+    """True to overlay all columns on one time axis, each from its own `zero`."""
 
     @property
     def json(self) -> str:
-        """The figure as `templates/plots.js` reads it."""
+        """JSON of the figure for `templates/plots.js`."""
         return json.dumps(asdict(self))
 
 
 def has_samples(recording: Recording, series: str) -> bool:
-    """Return whether a recording has a series with samples: a damaged one may not."""
+    """Return True if a recording has a series with samples; a truncated recording may have none."""
     return series in recording.series and recording[series].times.size > 0
 
 
 def drawable(recording: Recording) -> bool:
-    """Return whether a recording has anything that is drawn."""
+    """Return True if a recording has any series to plot."""
     return any(has_samples(recording, name) for name in SCALES)
 
 
 def with_samples(recording: Recording) -> Recording:
-    """Return a recording with something to draw: where no series was recorded, what is in the frames of its bytes."""
+    """Return a recording with series to plot, decoded from its wire bytes if no series was recorded."""
     return recording if drawable(recording) else with_series(recording)
 
 
@@ -87,15 +87,15 @@ def duration_s(recording: Recording) -> float:
 
 
 def whole(recording: Recording, channels: Iterable[Channel]) -> Plot:
-    """Return the plot of a whole recording, of which the reader chooses the channels."""
+    """Return the plot of a whole recording with selectable channels, `channels` at first."""
     name = recording.header.experiment
     return Plot(f"plot-{name}", name, ROWS, (PlotColumn(tuple(channels), 0.0, duration_s(recording)),))
 
 
 def packed(recordings: Mapping[str, Recording]) -> str:
-    """Return the readings of all recordings as the page holds them: whole numbers, differences, JSON, zlib, base64.
+    """Return the readings of all recordings as embedded in the page: delta-coded integers, JSON, zlib, base64.
 
-    Full resolution; a validation takes about 75 kB.
+    Every sample is included; a validation takes about 75 kB.
     """
     series = {
         name: {key: _steps(key, recording[key]) for key in SCALES if has_samples(recording, key)}
@@ -109,7 +109,7 @@ def _steps(name: str, series: Series) -> dict[str, object]:
     finite = np.nan_to_num(series.values, nan=0.0, posinf=0.0, neginf=0.0)
     values = np.rint(finite * READ_AS.get(name, 1e6)).astype(np.int64)
     times = np.rint(1e3 * series.times).astype(np.int64)
-    if name.startswith("command"):  # holds until it changes; the last sample ends it
+    if name.startswith("command"):  # piecewise constant: store changes and the last sample
         kept = np.append(True, np.any(np.diff(values, axis=0) != 0, axis=1))
         kept[-1] = True
         values, times = values[kept], times[kept]

@@ -1,4 +1,4 @@
-"""The folder of results that a validation leaves: recordings, checks, measured numbers, the report."""
+"""Result folder of a validation: recordings, checks, measured values, report."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hil.verdict.judged_run import Validation
 
 
 def write_figures(validation: Validation, out: Path) -> None:
-    """Write `checks.json`, `measured.csv` and, when there is something to compare with the paper, `metrics.json`.
+    """Write `checks.json`, `measured.csv` and, if a metric of the paper was measured, `metrics.json`.
 
     Raises:
         OSError: the folder cannot be written.
@@ -47,9 +47,9 @@ def write_results(validation: Validation, out: Path) -> None:
 
 
 def metrics_json(validation: Validation) -> dict[str, object] | None:
-    """Return the content of `metrics.json`, the table beside the paper, None when nothing of it was measured.
+    """Return the content of `metrics.json`, our values of the paper's table, or None if none was measured.
 
-    A number that was withheld or could not be measured is null.
+    A value that is withheld or not measurable is null.
     """
     result = compared(validation)
     if result is None:
@@ -81,7 +81,7 @@ def _published(metric: Metric, value: float | None) -> float | None:
 
 
 def checks_json(validation: Validation) -> dict[str, object]:
-    """Return the content of `checks.json`: what every experiment measured, and every finding."""
+    """Return the content of `checks.json`: measured values, findings and diagnosis."""
     header = validation.header
     return {
         "hand": {} if header is None else baseline.described(header),
@@ -99,7 +99,7 @@ def checks_json(validation: Validation) -> dict[str, object]:
 
 
 def diagnosis_json(validation: Validation) -> dict[str, object]:
-    """Return the suspects, the evidence, and the next step; all empty for a good run."""
+    """Return suspects, evidence and next step; all empty for a passed run."""
     found = validation.diagnosis
     return {
         "suspects": [

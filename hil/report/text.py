@@ -1,4 +1,4 @@
-"""A run as text for a terminal: what fits on one screen."""
+"""Summary of a run for a terminal, at most one screen long."""
 
 from __future__ import annotations
 
@@ -14,21 +14,18 @@ from hil.verdict.parts import listed
 from hil.verdict.sentences import channel_sentences
 
 MOST_LINES = 3
-"""Failing channels or parts that a terminal names."""
+"""Limit of failing channels or parts listed on a terminal."""
 
 
 def result_line(name: str, findings: Sequence[Finding]) -> Text:
-    """Return the line of one experiment: how many of its checks failed, or how many passed."""
+    """Return the line of one experiment with the number of failed or passed checks."""
     bad = len(failed(findings))
     count = (f"{bad} of {len(findings)} failed", "bold") if bad else f"{len(findings)} checks passed"
     return Text.assemble(f"{name:10} {JUDGED[name].title}: ", count)
 
 
 def run_text(validation: Validation, report: str) -> Iterator[Text]:
-    """Yield the verdict on a run; for a failed one also its failing channels, the suspects and the next step.
-
-    Everything else is in the report. It fits on one screen.
-    """
+    """Yield the verdict on a run; for a failed run also failing channels, suspects and the next step."""
     heading = HEADINGS[verdict_of(validation)][2:]
     seconds = f"{validation.hand_seconds:.0f} s of hand time in {validation.wall_seconds:.1f} s"
     if validation.passed:
@@ -54,7 +51,7 @@ def run_text(validation: Validation, report: str) -> Iterator[Text]:
 
 
 def failing_lines(validation: Validation) -> Iterator[str]:
-    """Yield a sentence for each failing channel or part, at most `MOST_LINES`, then the number of the others."""
+    """Yield a sentence for each failing channel or part, at most `MOST_LINES`, then the number of omitted ones."""
     lines = channel_sentences(validation)
     yield from lines[:MOST_LINES]
     if (more := len(lines) - MOST_LINES) > 0:
