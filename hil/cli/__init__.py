@@ -21,16 +21,16 @@ from hil.cli.output import echo, survive_closed_streams
 
 
 class LazyGroup(click.Group):
-    """A click group that imports a command's module when it is asked for."""
+    """Click group that imports a command's module on demand."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the command names in the order in which they are listed."""
+        """Return the command names in listing order."""
         return list(commands())
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that is asked for; one that is misspelt is answered with the nearest."""
+        """Find a command by name; for an unknown name, suggest the nearest."""
         name = args[0]
         if find_command(name) is None:
             close = get_close_matches(name, commands(), 1)
@@ -65,7 +65,7 @@ class LazyGroup(click.Group):
         return with_log(command)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; a defect of one that another package brings is named as that package's.
+        """Run the command; a defect in another package's command is reported with that package's name.
 
         Raises:
             Ended: the command of another package failed.
@@ -81,16 +81,16 @@ class LazyGroup(click.Group):
             raise Ended(f"a defect of the package `{row.package}`: {named(error)}", Exit.DEFECT) from error
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the commands from their tables, so that help imports none of them."""
+        """List the commands from their tables, without imports."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, row.summary) for name, row in commands().items()])
         for line in brought().losses:
             formatter.write(f"{line}\n")
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
-        """Run the command line and end the program, with the exit code that its ending asks for."""
+        """Run the command line and end the program with the exit code of its ending."""
         _name_drawing_library()
-        # Figures are files here; a notebook names a backend of its own kernel, which no other program has.
+        # A notebook's MPLBACKEND names a backend of its own kernel, which fails elsewhere; figures here are files.
         os.environ["MPLBACKEND"] = "agg"
         survive_closed_streams()
         log_nowhere()
@@ -118,7 +118,7 @@ def _foreign(name: str, row: Command) -> click.Command:
         command = _imported(row)
         if not isinstance(command, click.Command):
             raise TypeError(f"{row.place} is not a click command")
-    except BaseException as error:  # also SystemExit: nothing was done
+    except BaseException as error:  # also SystemExit: nothing was done yet
         raise Ended(f"`aero-hil {name}` of the package `{row.package}`: {named(error)}", Exit.USAGE) from error
     return command
 
@@ -127,12 +127,12 @@ GLFW_LIBRARY = "PYGLFW_LIBRARY"
 
 
 def _name_drawing_library() -> None:
-    """Name the library that MuJoCo draws with, where `glfw` brings one and none is named; other processes inherit it.
+    """Set `PYGLFW_LIBRARY` to the library that `glfw` ships, unless it is set; child processes inherit the setting.
 
     To be called before MuJoCo is imported.
     """
-    # Left alone, glfw starts Python once more for each library that it finds. When a command is killed meanwhile, that
-    # second process leaves a traceback.
+    # By default, glfw starts another Python for each library that it finds. If the command is killed meanwhile, that
+    # process prints a traceback.
     found = find_spec("glfw")
     if found is None or GLFW_LIBRARY in os.environ:
         return

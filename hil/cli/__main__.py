@@ -1,4 +1,4 @@
-"""`python -m hil.cli`, the command line where the script is not installed."""
+"""Run the command line as `python -m hil.cli`, without the installed script."""
 
 from hil.cli import main
 

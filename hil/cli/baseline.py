@@ -1,4 +1,4 @@
-"""`aero-hil baseline`: a hand's own figures, kept."""
+"""`aero-hil baseline`: stored figures of one hand."""
 
 from __future__ import annotations
 

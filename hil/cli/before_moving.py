@@ -1,4 +1,4 @@
-"""What a person is shown before a hand moves."""
+"""Announcement of a motion before a hand moves."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from hil.targets.asker import Motion
 from hil.targets.target import Target
 
 FULLY = 0.97
-"""Fraction of a window from which a channel closes fully, for people."""
+"""Threshold of the commanded fraction of a window; from it the text says that a channel closes fully."""
 
 
 def before_moving(target: Target, furthest: Sequence[float], seconds: float) -> Motion:
-    """Return what will move, for how long, and what stops it.
+    """Return the announcement: moving parts, duration, and stop conditions.
 
     Nothing is commanded. `furthest` is the fraction of each channel's window that it is sent to at most, (7,), command
     order; `seconds` is hand time, s.
@@ -30,7 +30,7 @@ def before_moving(target: Target, furthest: Sequence[float], seconds: float) -> 
 
 
 def motion(furthest: Sequence[float], seconds: float, thresholds: Thresholds | None) -> Motion:
-    """Return what a hand will do that has these thresholds, None for one without a guard; as `before_moving`."""
+    """Return the announcement for a hand with these guard thresholds, or None for an unguarded hand."""
     channels = tuple(channel for channel in Channel if furthest[channel] > 0.0)
     moves = _moves(furthest)
     if not moves:
@@ -43,7 +43,7 @@ def motion(furthest: Sequence[float], seconds: float, thresholds: Thresholds | N
 
 
 def readings(target: Target, furthest: Sequence[float]) -> Table:
-    """Return what a hand reads now, and how far each channel would be sent.
+    """Return a table of the present readings and the planned range of each channel.
 
     Raises:
         SafetyStopError: as `before_moving`.
@@ -61,7 +61,7 @@ def readings(target: Target, furthest: Sequence[float]) -> Table:
 
 
 def _at_rest(target: Target) -> tuple[Sequence[float], Sequence[float]]:
-    """Return currents (7,) A and temperatures (7,) °C; a guarded hand is checked."""
+    """Return currents (7,) A and temperatures (7,) °C; for a guarded hand, after the guard's check."""
     if target.guard is None:
         return list(target.hand.read_currents()), list(target.hand.read_temperatures())
     health = target.guard.check()
@@ -69,7 +69,7 @@ def _at_rest(target: Target) -> tuple[Sequence[float], Sequence[float]]:
 
 
 def _moves(furthest: Sequence[float]) -> str:
-    """Return what will move and how far; empty for nothing."""
+    """Return the moving parts and their range as text; empty without motion."""
     parts = {
         name: far
         for name, channels in (("fingers", FINGERS), ("thumb", THUMB))
@@ -84,5 +84,5 @@ def _moves(furthest: Sequence[float]) -> str:
 
 
 def _rounded(seconds: float) -> int:
-    """Return seconds as people say them: to 10 s from a minute on."""
+    """Return a rounded duration for display: to 10 s from one minute."""
     return int(round(seconds, -1 if seconds >= 60.0 else 0))

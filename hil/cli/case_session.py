@@ -1,4 +1,4 @@
-"""A case gone through with a person: ask, announce, run again, store; the same on a terminal, a page and in tests."""
+"""Interactive session of a case: ask, announce, rerun, store; on a terminal, on a page, and in tests."""
 
 from __future__ import annotations
 
@@ -47,36 +47,36 @@ OUTCOMES = (
     NOT_DONE,
 )
 TRY_S = 1.0
-"""Pause between two tries to reach a board that may home, s."""
+"""Period of connection attempts to a board that may be homing, s."""
 
 
 class CaseHelper(Protocol):
-    """Somebody who does the steps of a case to an emulated hand."""
+    """Substitute for the user, to do the steps on an emulated hand."""
 
     def do(self, proposal: Proposal) -> str:
-        """Do what a step says, and return what was done."""
+        """Do a step and return a description of the action."""
 
     def see(self, proposal: Proposal) -> str:
-        """Look, measure or read as a step says, and return what is seen."""
+        """Look, measure or read as a step requires; return the observation."""
 
 
 class CaseHand(Protocol):
-    """The hand of a case, which is opened anew after each step."""
+    """Hand of a case, reopened after each step."""
 
     @property
     def spec(self) -> HandSpec:
-        """Which one it is."""
+        """Specification of the hand."""
 
     @property
     def clock(self) -> Clock:
-        """Its time."""
+        """Clock of the hand."""
 
     @property
     def helper(self) -> CaseHelper | None:
-        """Who does the steps where a person asks for it; None where nobody can."""
+        """Helper that can do steps on request, or None."""
 
     def open(self) -> AbstractContextManager[Target]:
-        """Open it.
+        """Open the hand.
 
         Raises:
             NoHandError: nothing answers.
@@ -85,22 +85,22 @@ class CaseHand(Protocol):
 
 @dataclass(frozen=True)
 class HandOnPort:
-    """A hand on a port."""
+    """Hand on a port."""
 
     spec: HandSpec
     clock: Clock = field(default_factory=WallClock)
     helper: CaseHelper | None = None
 
     def open(self) -> AbstractContextManager[Target]:
-        """Open it."""
+        """Open the hand."""
         return open_hand(self.spec)
 
 
 class CaseSession:
-    """A case, the hand that it is about, and the person there."""
+    """Case together with its hand and its user."""
 
     def __init__(self, stored: StoredCase, folder: Path, hand: CaseHand, asker: Asker) -> None:
-        """Take a case up.
+        """Resume a case.
 
         Args:
             stored: the case as its file holds it.
@@ -113,11 +113,11 @@ class CaseSession:
 
     @property
     def case(self) -> DiagnosisCase:
-        """The case with all steps so far."""
+        """Case after all completed steps."""
         return self.stored.case
 
     def go_through(self) -> None:
-        """Go from step to step until the case is closed.
+        """Do step after step until the case is closed.
 
         Raises:
             KeyboardInterrupt: the person stops; every answer until then is stored.
@@ -158,7 +158,7 @@ class CaseSession:
         write_whole(self._folder / "case.html", render_case(stored.case))
 
     def _answer(self, question: Question[Answer]) -> Answer:
-        """Return an answer of an earlier sitting, or ask and store it."""
+        """Return a stored answer, or ask and store the answer."""
         if (line := self.stored.answers.get(question.text)) is not None:
             self._asker.tell(f"answered   {question.text} {line or '-'}")
             return question.read(line)
@@ -168,7 +168,7 @@ class CaseSession:
         return answer
 
     def _seen(self, text: str, options: tuple[Option[Answer], ...], proposal: Proposal) -> Answer:
-        """Ask what the person has seen, or let it be seen for them."""
+        """Ask for the user's observation, or let the helper observe."""
         helper = self._hand.helper
         if helper is not None and proposal != self._seen_for and text not in self.stored.answers:
             self._seen_for = proposal
@@ -178,7 +178,7 @@ class CaseSession:
         return self._answer(Choice(text, options))
 
     def _do(self, proposal: Proposal) -> bool:
-        """Ask until the step is done, or let it be done; return whether it was."""
+        """Ask until the step is done, or let the helper do it; return False if it was skipped."""
         if (helper := self._hand.helper) is None:
             return self._asker.ask(Choice(READY, (DONE, NOT_DONE))) is not StepOutcome.SKIPPED
         helped = Choice(READY, (Option("do it for me", StepOutcome.UNSURE), replace(DONE, key="d"), NOT_DONE))
@@ -187,7 +187,7 @@ class CaseSession:
         return answer is not StepOutcome.SKIPPED
 
     def _taken(self, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
-        """Let the person do a step, and return what came of it, None where a run does not tell, and the note."""
+        """Have a step done; return its outcome (None if the run was inconclusive) and the note."""
         step, note, freed = proposal.step, "", False
         if step.asks:
             answer = self._seen(_question(proposal.text), OUTCOMES, proposal)
@@ -206,25 +206,25 @@ class CaseSession:
             if done is None and not any(key[0] == RUN for key in self.case.before.off):
                 raise
             self._asker.tell(str(error))
-            if done is None:  # what ended the run ends this one before its beginning
+            if done is None:  # what ended the first run prevented this one from starting
                 return StepOutcome.STAYS, ""
-            # Known only when the hand is closed; what was measured stands.
+            # found only when the hand is closed; the readings stay valid
         outcome, run = done
-        # It belongs to this case, and opens none of its own.
+        # the run belongs to this case and opens no other
         go_on = NextStep(
             GO_ON, shlex.join(["aero-hil", "diagnose", str(self._folder), "--hil", self._hand.spec.target])
         )
         write_results(replace(run, diagnosis=replace(run.diagnosis, case=None, step=go_on)), folder)
         if run.end.kind is EndKind.INTERRUPTED and run.end.error is not None:
             raise run.end.error
-        # What a step mended at its channel may not be all that is wrong with the hand; a busy computer is no check.
+        # A repair at one channel does not prove the rest of the hand good; a busy computer is not a check.
         others = [one for one in failed(run.findings) if run.end.kind in HANDS_FAULT or one != run.end.finding]
         if outcome in (StepOutcome.GONE, StepOutcome.FREED) and others:
             note = "; ".join(filter(None, (note, f"elsewhere {len(others)} checks fail still")))
         return outcome, note
 
     def _motion(self, proposal: Proposal) -> Motion:
-        """Return what will move after a step, and for how long at most."""
+        """Return the announcement of the motion after a step, with its largest duration."""
         spec, plan = self._hand.spec, Plan.after(self.case, proposal.step, self._hand.spec.firmware)
         moves = motion(plan.furthest, plan.seconds, spec.guard)
         homes = f"The hand homes (about {plan.homes_s:.0f} s). " if plan.homings else ""
@@ -236,7 +236,7 @@ class CaseSession:
 
     @contextmanager
     def _opened(self) -> Iterator[Target]:
-        """Open the hand, as soon as its board answers: it may home for a while when power returns."""
+        """Open the hand once its board answers; the board may home for a while after power-on."""
         begun = self._hand.clock.now()
         with ExitStack() as stack:
             while True:
@@ -253,6 +253,6 @@ class CaseSession:
 
 
 def _question(text: str) -> str:
-    """Return the question of a step's text."""
+    """Return the question within a step's text."""
     found = re.search(r"[^.?]*\?", text)
     return text if found is None else found[0].strip()

@@ -1,6 +1,6 @@
-"""The commands of `aero-hil`: those of this package, and those that other packages bring.
+"""Commands of `aero-hil`: those of this package and those of other packages.
 
-A package brings commands with an entry point of the group `aero_hil.commands`, which names a table as `OWN` is.
+A package adds commands with an entry point of the group `aero_hil.commands` that names a table like `OWN`.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ NAME = re.compile(r"[a-z0-9][a-z0-9_-]*")
 
 
 class Command(NamedTuple):
-    """One command; its module is imported only when it is used."""
+    """Command whose module is imported on use."""
 
     place: str
-    """`module:attribute`."""
+    """Location of the command, `module:attribute`."""
     summary: str
-    """Its line in the list of commands."""
+    """Summary in the list of commands."""
     extra: str = "hil"
-    """Extra that its imports come with."""
+    """Extra that provides the command's imports."""
     package: str = DISTRIBUTION
-    """Distribution that brings the command; set when its table is loaded."""
+    """Distribution that provides the command; set when its table is loaded."""
 
 
 OWN: dict[str, Command] = {
@@ -54,42 +54,42 @@ OWN: dict[str, Command] = {
 
 
 class Brought(NamedTuple):
-    """Commands out of entry points."""
+    """Commands loaded from entry points."""
 
     rows: Mapping[str, Command]
-    """By name."""
+    """Commands by name."""
     losses: tuple[str, ...]
-    """One line for each package, or command, that cannot be used."""
+    """One line for each unusable package or command."""
 
 
 def find_command(name: str) -> Command | None:
-    """Return a command by name; other packages are loaded only for a name that is not of aero-hil."""
+    """Return a command by name; other packages are loaded only if aero-hil has no such command."""
     return _ours().rows.get(name) or brought().rows.get(name)
 
 
 def commands() -> Mapping[str, Command]:
-    """Return every command by name, in the order in which they are listed."""
+    """Return all commands by name, in listing order."""
     return brought().rows
 
 
 @cache
 def _ours() -> Brought:
-    """Return the commands of aero-hil's own distribution, with those of `train`."""
+    """Return the commands of aero-hil's own distribution, including those of `train`."""
     try:
         points = distribution(DISTRIBUTION).entry_points.select(group=GROUP)
-    except PackageNotFoundError:  # run from a folder that is not installed
+    except PackageNotFoundError:  # run from a folder without installation
         return Brought(OWN, ())
     return _with_tables(Brought(OWN, ()), [(DISTRIBUTION, point) for point in points])
 
 
 @cache
 def brought() -> Brought:
-    """Return the commands of aero-hil and of every other package."""
+    """Return the commands of aero-hil and of all other packages."""
     return _with_tables(_ours(), sorted(_others(), key=lambda found: found[1].name))
 
 
 def _others() -> Iterator[tuple[str, EntryPoint]]:
-    """Yield the name of each other distribution with an entry point of the group."""
+    """Yield the name of each other distribution with entry points of the group."""
     for found in distributions():
         try:
             points = found.entry_points.select(group=GROUP)
@@ -102,13 +102,13 @@ def _others() -> Iterator[tuple[str, EntryPoint]]:
 
 
 def _with_tables(known: Brought, points: Iterable[tuple[str, EntryPoint]]) -> Brought:
-    """Return `known` with the commands of the entry points; a name that is taken stays as it is."""
+    """Return `known` with the commands of the entry points added; existing names are kept."""
     rows, losses = dict(known.rows), list(known.losses)
     for package, point in points:
         try:
             with ctrl_c_exits():
                 table = _checked(point.load())
-        except BaseException as error:  # also SystemExit: a package must not end the commands of others
+        except BaseException as error:  # also SystemExit: a package must not end other packages' commands
             losses.append(f"commands of the package `{package}` are left out: {named(error)}")
             continue
         if taken := sorted(rows.keys() & table.keys()):
@@ -118,7 +118,7 @@ def _with_tables(known: Brought, points: Iterable[tuple[str, EntryPoint]]) -> Br
 
 
 def _checked(table: Any) -> dict[str, Command]:
-    """Return a table of another package.
+    """Return a validated table of another package.
 
     Raises:
         TypeError: something that is not a table of commands.

@@ -1,4 +1,4 @@
-"""`aero-hil diagnose`: which part of a hand that failed is at fault, step by step."""
+"""`aero-hil diagnose`: step-by-step isolation of the faulty part of a hand."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def diagnose(*, folder: Path, port: str | None, view: bool, same_hand: bool) -> 
 
 
 def _emulated(stored: StoredCase) -> CaseHand:
-    """Return the emulated hand of a case, as it was after the last step."""
+    """Return the emulated hand of a case in its state after the last step."""
     if stored.hand.unit == PHYSICAL:
         raise click.UsageError("the case is of a hand on a port; give it with --hil")
     hand = EmulatedCaseHand(StandingHand(emulated_hand(stored.hand)))
@@ -67,7 +67,7 @@ def _emulated(stored: StoredCase) -> CaseHand:
 
 
 def _on_port(known: HandOfCase, port: str, *, same_hand: bool) -> CaseHand:
-    """Return the hand of a port, where it is the one of the case."""
+    """Return the hand on a port after checking that it is the case's."""
     hand = HandSpec.named(port)
     if hand.in_software:
         raise click.UsageError("a port or a name is given with --hil; leave it out for the emulated hand of the case")

@@ -1,4 +1,4 @@
-"""`aero-hil emulate`: an emulated hand on a pseudo-terminal, in real time."""
+"""`aero-hil emulate`: emulated hand on a pseudo-terminal, in real time."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def emulate(
             )
             workbench.at_a_port = True
             electronics.says_rom_text = True
-            for _ in range(HOMINGS if homed else 0):  # on virtual time, a tenth of what it takes a client
+            for _ in range(HOMINGS if homed else 0):  # on virtual time, ten times faster than a client's homing
                 AeroHand(InProcessLink(electronics), electronics.clock).home()
             server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port, listen=listen)
 
@@ -134,7 +134,7 @@ def emulate(
 
 
 def in_terminal() -> bool:
-    """Return whether somebody may type; a standard input that was closed at the start is None."""
+    """Return whether the standard input is a terminal; it is None if closed at the start."""
     return sys.stdin is not None and sys.stdin.isatty()
 
 
@@ -143,11 +143,11 @@ def _record(file: WireFile, entry: WireEntry) -> None:
 
 
 def _late(delays: DelayLog, observer: Observer, late_s: float, *, tell: bool) -> None:
-    """Note that the board runs late; tell the program that started it."""
+    """Record a scheduling delay of the board; report it to the parent program."""
     delays.add(late_s, Loop.BOARD)
     if late_s >= LEAST_S:
         observer.give_way()
         _LOG.info("this computer held the emulated board up for %.0f ms", 1e3 * late_s)
         if tell:
-            with suppress(OSError):  # it has gone, which `parent` shows
+            with suppress(OSError):  # the parent has ended, which the `parent` check notices
                 echo(f"{LATE} {late_s:.4f}")

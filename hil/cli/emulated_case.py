@@ -1,4 +1,4 @@
-"""The emulated hand of a case, and somebody who does the steps to it."""
+"""Emulated hand of a case, with a helper that does the steps."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hil.verdict.case_file import HandOfCase
 from hil.verdict.steps import StepOutcome
 
 ASIDE = {"computer": (Part.COMPUTER, Part.DRIVER)}
-"""Parts that others stand in for, for as long as a step takes."""
+"""Parts replaced temporarily during a step."""
 ACTS: dict[str, Sequence[str]] = {
     "again": (),
     "home": ("power_off", "let_go", "power_on"),
@@ -35,22 +35,22 @@ ACTS: dict[str, Sequence[str]] = {
     "board": ("replace board",),
     "exchange": ("exchange_servos {at} {beside}",),
 }
-"""Acts for a step, as the prompt of `emulate` takes them; none for one that changes nothing."""
+"""Acts of each step, in the syntax of the prompt of `emulate`; empty for a step without a change."""
 CLOSES_S, READS_S = 2.0, 0.05
-"""Time that the fingers get to close while the voltage is read, and period of reading, s."""
+"""Closing time of the fingers while the voltage is read, and reading period, s."""
 
 
 class EmulatedCaseHand:
-    """An emulated hand on its bench; whatever is done to it stays until it is closed."""
+    """Emulated hand on its workbench; changes persist until the hand is closed."""
 
     def __init__(self, bench: StandingHand) -> None:
-        """Take the hand on a bench."""
+        """Wrap the hand on a workbench."""
         self.bench, self.spec, self.clock = bench, bench.spec, bench.clock
         self.helper = self
 
     @contextmanager
     def open(self) -> Iterator[Target]:
-        """Open it; what a step has set aside comes back afterwards."""
+        """Open the hand; afterwards restore temporarily replaced parts."""
         try:
             with self.bench.open() as target:
                 yield target
@@ -58,7 +58,7 @@ class EmulatedCaseHand:
             self.bench.workbench.put_back()
 
     def do(self, proposal: Proposal) -> str:
-        """Do what a step says, and return what was done."""
+        """Do a step and return a description of the action."""
         name = proposal.step.name
         at, beside = ("" if one is None else one.label for one in (proposal.at, proposal.beside))
         said = [act(self.bench.workbench, words.format(at=at, beside=beside)) for words in ACTS.get(name, ())]
@@ -68,7 +68,7 @@ class EmulatedCaseHand:
         return "; ".join(said) or "left everything as it is"
 
     def see(self, proposal: Proposal) -> str:
-        """Look, measure or read as a step says, and return what is seen."""
+        """Look, measure or read as a step requires; return the observation."""
         bench = self.bench.workbench
         looks: dict[str, Callable[[], str]] = {
             "home": bench.let_go,
@@ -81,7 +81,7 @@ class EmulatedCaseHand:
         return looks[proposal.step.name]()
 
     def redo(self, case: DiagnosisCase) -> None:
-        """Do the steps of a case again that were done to the hand before it was closed."""
+        """Repeat the completed steps of a case on the reopened hand."""
         for done in case.done:
             if done.outcome is not StepOutcome.SKIPPED:
                 self.do(done.proposal)

@@ -1,6 +1,6 @@
-"""How commands end: one exit code for each kind of ending, and one line that says it.
+"""Endings of commands: an exit code per kind and one line of text.
 
-A broken tool must never look like a broken hand, so every ending has a code of its own.
+Separate codes keep a failure of the tool from being mistaken for a failure of the hand.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ _LOG = logging.getLogger(__name__)
 
 
 INTERRUPTED = 130
-"""What a shell makes of SIGINT."""
+"""Exit status of a shell after SIGINT."""
 TERMINATED = (129, 143)
-"""What a shell makes of SIGHUP and SIGTERM."""
+"""Exit statuses of a shell after SIGHUP and SIGTERM."""
 STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Signals that ask a program to stop; Windows knows no SIGHUP."""
+"""Signals that stop a program; Windows lacks SIGHUP."""
 
 
 class Ended(click.ClickException):
-    """An ending with one line and its exit code."""
+    """Ending with one line of text and an exit code."""
 
     def __init__(self, message: str, code: int) -> None:
         super().__init__(printable(message))
@@ -54,10 +54,9 @@ class Ended(click.ClickException):
 
 @contextmanager
 def usage_errors() -> Iterator[None]:
-    """End with `Exit.USAGE` when options, arguments or user-supplied files are refused.
+    """End with `Exit.USAGE` if options, arguments or user-supplied files are rejected.
 
-    It belongs around parsing alone: what is computed from them afterwards fails as what it is. A full disk is never
-    wrong usage.
+    Wrap only the parsing in this context; later errors have their own exit codes. A full disk is never a usage error.
     """
     try:
         yield
@@ -77,9 +76,9 @@ def usage_errors() -> Iterator[None]:
 
 @contextmanager
 def judging(*paths: Path) -> Iterator[None]:
-    """Around what is made of recordings that were given: what they lack ends with one line that names them.
+    """Convert errors of user-supplied recordings to one line that names the files.
 
-    Any other error is a defect of this program and ends as one.
+    Other errors are defects of this program and pass unchanged.
     """
     try:
         yield
@@ -90,7 +89,7 @@ def judging(*paths: Path) -> Iterator[None]:
 
 
 def code_of(error: BaseException) -> Exit:
-    """Return the exit code that an exception carries or, of Python's own, that a lost link and a full disk have."""
+    """Return the exit code of an exception; builtin exceptions for a lost link and a full disk are mapped too."""
     if isinstance(code := getattr(error, "exit_code", None), int):
         return Exit(code)
     if isinstance(error, ConnectionError):
@@ -99,7 +98,7 @@ def code_of(error: BaseException) -> Exit:
 
 
 def ending(error: BaseException) -> tuple[int, str]:
-    """Return the exit code of an exception that reached the command line, and the line that is said."""
+    """Return the exit code and the message for an exception that reached the command line."""
     if _of_drawing(error):
         named = os.environ.get("MUJOCO_GL", "")
         said = f"MUJOCO_GL={named}: MuJoCo cannot load this OpenGL here ({type(error).__name__}: {error})"
@@ -118,9 +117,9 @@ def ending(error: BaseException) -> tuple[int, str]:
 
 @contextmanager
 def ctrl_c_exits() -> Iterator[None]:
-    """Let Ctrl-C end the program at once while modules are imported, when there is nothing to undo yet.
+    """End the program at once on Ctrl-C while modules are imported, when no cleanup is needed.
 
-    Some libraries swallow `KeyboardInterrupt` where they look for optional ones.
+    Some libraries swallow `KeyboardInterrupt` while probing for optional modules.
     """
     in_main = threading.current_thread() is threading.main_thread()
     if not in_main or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -139,26 +138,27 @@ def ctrl_c_exits() -> Iterator[None]:
 
 
 def _of_drawing(error: BaseException) -> bool:
-    """Return whether MuJoCo has failed where it loads the OpenGL that `MUJOCO_GL` names, on being imported."""
+    """Return whether MuJoCo failed during import while loading the OpenGL named by `MUJOCO_GL`."""
     modules = [frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_tb(error.__traceback__)]
     return any(name.startswith("mujoco.") and name.endswith("gl_context") for name in modules)
 
 
 @contextmanager
 def stopping_announced() -> Iterator[None]:
-    """Print "Stopping…" as soon as a signal asks the program to stop, whatever it is doing then.
+    """Print "Stopping…" as soon as a stopping signal arrives, regardless of the current work.
 
-    Until the hand is open and the results are written, seconds may pass.
+    Opening the hand and writing the results may take seconds.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    # A handler would wait for the present call of a library, and some parts hold signals back; the wake-up does not.
+    # A signal handler would wait for the current library call, and some code blocks signals; the wake-up descriptor
+    # works in both cases.
     reading, writing = socket.socketpair()
     with reading, writing:
         writing.setblocking(False)
         thread = threading.Thread(target=_announce, args=(reading,), name="stopping", daemon=True)
-        thread.start()  # first: should it fail, no signal is left with a descriptor that nobody reads
+        thread.start()  # started first, so that a failure leaves no descriptor without a reader
         before = signal.set_wakeup_fd(writing.fileno(), warn_on_full_buffer=False)
         try:
             yield
@@ -169,7 +169,7 @@ def stopping_announced() -> Iterator[None]:
 
 
 def _announce(signals: socket.socket) -> None:
-    """Print the line at the first signal, once."""
+    """Print the line once, at the first signal."""
     while received := signals.recv(1):
         if received[0] in STOPPING:
             with suppress(OSError, ValueError):  # the terminal may be closed
@@ -184,7 +184,7 @@ def _show_notes(error: BaseException | None) -> None:
 
 
 def run(command: Callable[[], Any]) -> None:
-    """Run a command line and end the program as its ending asks."""
+    """Run a command line and end the program with the resulting exit code."""
     try:
         with stopping_announced():
             command()

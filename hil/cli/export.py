@@ -1,4 +1,4 @@
-"""`aero-hil export`: a recording for other programs."""
+"""`aero-hil export`: conversion of a recording for other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`aero-hil faults`: the faults that can be injected into a hand or a link."""
+"""`aero-hil faults`: list of the faults that can be injected into a hand or a link."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`aero-hil firmware`: build a firmware for the emulated hand, and compare what two of them do."""
+"""`aero-hil firmware`: build of a firmware for the emulated hand, and comparison of two."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def compare_command(
 
 
 Round = tuple[str, str, Session, Contender | BoardTrace]
-"""What to call it in a message, the kind of session, the session, and whom to run or what was recorded."""
+"""Display name, kind, session, and the second contender or its recorded trace."""
 
 
 def _recorded_rounds(path: Path, only: tuple[str, ...]) -> Iterator[Round]:

@@ -1,4 +1,4 @@
-"""What a person does to a hand that is served: words of the prompt and the page, done in the thread that serves it."""
+"""User acts on a served hand: commands from prompt and page, executed in the serving thread."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from hil.faults.catalogue import channel_named
 from hil.faults.workbench import Workbench
 
 COMMAND = "command"
-"""Begins the words that move a channel as a host would: `command ring 40`, in per cent of its window."""
+"""First word of a command that moves a channel like a host: `command ring 40`, in per cent of its window."""
 IDLE_S = 2.0
-"""Time without a byte of a program after which the page may command the hand, s."""
+"""Silence of programs after which the page may command the hand, s."""
 ARRIVES_S = 0.1
-"""Time after which a command of the page is in the servos' registers, s; until then the next one begins from it."""
+"""Time until a command of the page is in the servos' registers, s; earlier commands build on the previous one."""
 LARGEST = 4096
-"""Longest line that is typed, bytes; also the most that is read at once."""
+"""Size limit of a typed line and of one read, bytes."""
 
 
 HELP = "\n".join(
@@ -36,7 +36,7 @@ HELP = "\n".join(
 
 
 class HandsOn:
-    """Takes lines from anywhere, and does what they say when `serve` is called."""
+    """Queue of command lines from any thread, executed by `serve`."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class HandsOn:
         reads: bool = False,
         answer: Callable[[str], None] | None = None,
     ) -> None:
-        """Prepare.
+        """Create the queue.
 
         Args:
             workbench: of the served hand.
@@ -63,16 +63,16 @@ class HandsOn:
         self._reads = reads and sys.stdin is not None
 
     def put(self, line: str) -> None:
-        """Take a line, from any thread."""
+        """Queue a line, from any thread."""
         self._lines.put(line)
 
     def heard(self, entry: WireEntry) -> None:
-        """Note that a program holds the port."""
+        """Record that a program uses the port."""
         if entry[1] == ">":
             self._heard = entry[0]
 
     def serve(self) -> None:
-        """Do what was typed or clicked since the last call, and tell what has ended meanwhile."""
+        """Execute the queued lines, and report acts that have finished."""
         self._read()
         while not self._lines.empty():
             if line := self._lines.get().strip():
@@ -98,7 +98,7 @@ class HandsOn:
             act(self._workbench, line)
 
     def _command(self, line: str) -> None:
-        """Move one channel; the others keep the goal that they have, whoever gave it."""
+        """Move one channel; the others keep their present goals, whoever commanded them."""
         hand = self._workbench.hand
         channel, percent = channel_and_percent(line)
         if hand.kernel.now - self._heard < IDLE_S:
@@ -112,7 +112,7 @@ class HandsOn:
         hand.receive(make_positions(self._codes))
 
     def _read(self) -> None:
-        """Take what was typed; a process in the background that read its terminal would be stopped."""
+        """Queue typed lines; skipped in the background, where reading the terminal would stop the process."""
         if not self._reads:
             return
         end = sys.stdin.fileno()
@@ -131,7 +131,7 @@ class HandsOn:
 
 
 def channel_and_percent(line: str) -> tuple[Channel, float]:
-    """Return channel and share of its window, clipped to 0 to 100 %, of `command CHANNEL PERCENT`.
+    """Return the channel and the percentage, clipped to 0-100 %, of `command CHANNEL PERCENT`.
 
     Raises:
         ValueError: it is written otherwise; one line says how.

@@ -1,4 +1,4 @@
-"""`aero-hil history`: the readings of one hand over its runs."""
+"""`aero-hil history`: readings of one hand over its runs."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def history(*, hand: str, folders: tuple[Path, ...], out: Path) -> None:
 
 
 def _table(tracks: Sequence[Track]) -> Table:
-    """Return first and last reading of the regression's metrics, subject by subject."""
+    """Return the first and last reading of the regression's metrics, by subject."""
     table = Table("channel", "reading", "first", "last", "limits", box=SIMPLE_HEAD)
     for track in tracks:
         if track.metric.name in FIRST and track.experiment == "staircase":

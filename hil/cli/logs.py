@@ -1,4 +1,4 @@
-"""Where log lines go besides the recording: nowhere, or to the terminal with `-v`."""
+"""Output of log lines besides the recording: none, or the terminal with `-v`."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import click
 from aero.printable import printable
 
 PACKAGES = ("aero", "hil")
-"""Whose lines are shown."""
+"""Packages whose log lines are shown."""
 SHOWN = (logging.CRITICAL, logging.INFO, logging.DEBUG)
-"""Least level on the terminal, by how often `-v` is given."""
+"""Lowest level shown on the terminal, by the number of `-v`."""
 FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 
 
 def log_nowhere() -> None:
-    """Keep the log off the terminal: Python prints warnings that no handler takes."""
+    """Add null handlers, because Python prints warnings of loggers without handlers."""
     for name in PACKAGES:
         logger = logging.getLogger(name)
         if not logger.handlers:
@@ -24,7 +24,7 @@ def log_nowhere() -> None:
 
 
 def with_log(command: click.Command) -> click.Command:
-    """Give a command the option `-v`; a second call does nothing."""
+    """Add the option `-v` to a command; repeated calls have no effect."""
     if all(parameter.name != "verbose" for parameter in command.params):
         says = "Show the log on standard error; -vv shows all."
         option = click.Option(["-v", "--verbose"], count=True, expose_value=False, callback=_show, help=says)
@@ -33,15 +33,15 @@ def with_log(command: click.Command) -> click.Command:
 
 
 class _Printable(logging.Formatter):
-    """Shows what a line holds of a board or a file as every other line does."""
+    """Formatter that escapes control characters from boards and files."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """Return the line."""
+        """Return the formatted line."""
         return printable(super().format(record))
 
 
 def _show(context: click.Context, _option: click.Parameter, count: int) -> None:
-    """Send lines to the terminal until the command has ended."""
+    """Send log lines to the terminal until the command ends."""
     if not count:
         return
     handler, level = logging.StreamHandler(), SHOWN[min(count, len(SHOWN) - 1)]

@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""Options shared by several commands."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, may be given several times;
 
 
 def open_hand(hand: HandSpec, **fields: Any) -> AbstractContextManager[Target]:
-    """Return a hand as a context manager, with other fields where they are given; see `hil.open_target`."""
+    """Return a hand as a context manager, with `fields` replaced; see `hil.open_target`."""
     from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
 
     with usage_errors():
@@ -67,7 +67,7 @@ def link_recorded(path: Path | None, **about: Any) -> Iterator[WireFile | None]:
     if path is None:
         yield None
         return
-    # An extra that a link without a recording does not need.
+    # imported here, because a link without a recording does not need this extra
     from hil.recordings.wire_file import WireFile  # noqa: PLC0415
 
     with usage_errors():
@@ -83,7 +83,7 @@ def _recording_ended(error: Exception) -> None:
 
 
 def _installed(_context: click.Context, _option: click.Parameter, wanted: bool) -> bool:
-    """Refuse `--view` where its extra is not installed, before anything is done."""
+    """Reject `--view` at once if its extra is not installed."""
     if wanted and find_spec("viser") is None:
         raise Ended("`--view` needs the extra `view`; from a checkout: pip install -e '.[view]'", Exit.USAGE)
     return wanted
@@ -93,14 +93,14 @@ VIEW = click.option(
     "--view", is_flag=True, callback=_installed, help="Show the hand in a web page on this machine; docs/view.md."
 )
 SEED = click.IntRange(0, 2**32 - 1)
-"""What NumPy, JAX and the firmware sessions all take as a seed."""
+"""Seed range common to NumPy, JAX and the firmware sessions."""
 
 
 class Finite(click.FloatRange):
-    """A number in a range; click's own lets NaN through."""
+    """Number in a range, excluding NaN, which click's own type accepts."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the number, or say what is expected."""
+        """Return the number, or fail with the expected range."""
         number: float = super().convert(value, param, ctx)
         if not math.isfinite(number):
             self.fail(f"{value} is no finite number", param, ctx)
@@ -108,25 +108,25 @@ class Finite(click.FloatRange):
 
 
 class NewFolder(click.Path):
-    """A folder to write into, there or not; an empty name is a mistake and not the present folder."""
+    """Output folder, existing or not; an empty name is an error instead of the current folder."""
 
     def __init__(self) -> None:
         super().__init__(file_okay=False, path_type=Path)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the path, or say what is expected."""
+        """Return the path, or fail with the expected form."""
         if not str(value):
             self.fail("the name is empty; give a folder", param, ctx)
         return super().convert(value, param, ctx)
 
 
 class HostAndPort(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
-    """`HOST:PORT`, `[HOST]:PORT` for IPv6; port 0 is any free one."""
+    """Address `HOST:PORT`, or `[HOST]:PORT` for IPv6; port 0 selects any free port."""
 
     name = "host:port"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int]:
-        """Return the two, or say what is expected."""
+        """Return host and port, or fail with the expected form."""
         host, colon, port = str(value).rpartition(":")
         if not (host and colon and port.isdigit() and int(port) < 2**16):
             self.fail(f"{value!r} is no HOST:PORT, such as localhost:4000", param, ctx)
@@ -134,9 +134,9 @@ class HostAndPort(click.ParamType):  # type: ignore[type-arg]  # generic only fr
 
 
 LONGEST_S = 7 * 86_400.0
-"""Longest time that can be asked for, s: a week."""
+"""Longest permitted time, s: a week."""
 SECONDS = Finite(0.0, LONGEST_S, min_open=True)
-"""A time, s."""
+"""Duration, s."""
 
 
 SIDE = click.Choice(["right", "left"])
@@ -152,7 +152,7 @@ TARGET = click.option(
 
 
 def emulation(command: AnyFunction) -> AnyFunction:
-    """Add the options that choose an emulated hand, given to the command as one `hand: HandSpec`."""
+    """Add the options of an emulated hand, passed to the command as one `hand: HandSpec`."""
 
     def with_hand(*, firmware: str, side: Side, unit: str, seed: int, **others: Any) -> Any:
         with usage_errors():
@@ -181,10 +181,10 @@ def emulation(command: AnyFunction) -> AnyFunction:
 
 
 def _asked_for(option: str) -> bool:
-    """Return whether the command line names this option; what it says counts over `hands.toml`."""
+    """Return whether the command line gives this option, which then overrides `hands.toml`."""
     return click.get_current_context().get_parameter_source(option) is not ParameterSource.DEFAULT
 
 
 def target(command: AnyFunction) -> AnyFunction:
-    """Add `--hil` to the options of an emulated hand."""
+    """Add `--hil` and the options of an emulated hand."""
     return TARGET(emulation(command))

@@ -1,4 +1,4 @@
-"""The one way to print: control characters of files and boards are shown as escapes, and a closed pipe ends nothing."""
+"""Printing with control characters escaped; a closed pipe does not end the program."""
 
 from __future__ import annotations
 
@@ -20,54 +20,54 @@ def echo(text: object = "", *, err: bool = False) -> None:
 
 
 CLOSED = {errno.EPIPE, errno.EIO, errno.EBADF}
-"""Errors of writing to a pipe without a reader, a closed terminal, a closed descriptor."""
+"""Write errors of a pipe without a reader, a closed terminal, and a closed descriptor."""
 
 
 class _Output(io.FileIO):
-    """A stream that continues into the null device when its reader or its terminal closes."""
+    """Stream that continues into the null device after its reader or terminal closes."""
 
     def write(self, data: Any) -> int:
-        """Write bytes; returns how many."""
+        """Write bytes; return their number."""
         try:
             return super().write(data) or 0
         except OSError as error:
             if error.errno not in CLOSED:
                 raise
             nowhere = os.open(os.devnull, os.O_WRONLY)
-            # In its place, because libraries and child processes print there too.
+            # replaced in place, because libraries and child processes write to this descriptor too
             os.dup2(nowhere, self.fileno())
             os.close(nowhere)
             return memoryview(data).nbytes
 
 
 def survive_closed_streams() -> None:
-    """Let a closed pipe or terminal end the printing only; open the null device for streams closed at the start."""
+    """Make output survive a closed pipe or terminal; open the null device for streams closed at startup."""
     _open_missing()
     sys.stdout, sys.stderr = _surviving(sys.stdout), _surviving(sys.stderr)
 
 
 def _open_missing() -> None:
-    """Give Python a stream for each standard descriptor that a shell closed (`>&-`).
+    """Open a stream for each standard descriptor closed by the shell (`>&-`).
 
-    Otherwise the next file that is opened, such as a recording, takes the descriptor and whatever is printed to it.
+    Otherwise the next opened file, such as a recording, would get the descriptor and all printed text.
     """
     for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
         if getattr(sys, name) is None:
             with suppress(OSError):
                 os.fstat(number)
-                continue  # in use by another file already
-            os.open(os.devnull, os.O_RDWR)  # the lowest free descriptor, which is this one
+                continue  # already in use by another file
+            os.open(os.devnull, os.O_RDWR)  # the lowest free descriptor, which is `number`
             setattr(sys, name, open(number, mode, encoding="utf-8", errors=UNPRINTABLE, closefd=False))  # noqa: SIM115
 
 
 UNPRINTABLE = "backslashreplace"
-"""How the name of a file is shown that the terminal's encoding does not have."""
+"""Error handler for file names outside the terminal's encoding."""
 
 
 def _surviving(stream: TextIO) -> TextIO:
-    """Return a stream like Python's own whose reader may close; a stream of a test unchanged."""
+    """Return a surviving stream in place of Python's own; a test's stream is returned unchanged."""
     buffer = getattr(stream, "buffer", None)
-    raw = getattr(buffer, "raw", buffer)  # with PYTHONUNBUFFERED there is nothing between
+    raw = getattr(buffer, "raw", buffer)  # with PYTHONUNBUFFERED there is no buffer
     if not isinstance(stream, io.TextIOWrapper) or type(raw) is not io.FileIO:
         return stream
     stream.reconfigure(errors=UNPRINTABLE)

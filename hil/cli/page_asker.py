@@ -1,4 +1,4 @@
-"""The person at the hand, reached by the terminal and by the page at once; the first answer counts."""
+"""Questions to the user on terminal and page at once; the first answer counts."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from hil.cli.case_session import CaseHand, CaseHelper
 
 LOOK_S = 1.0
-"""Period in which a page that has gone is noticed, s."""
+"""Poll period for a vanished page, s."""
 POLL_S = 0.1
-"""Period in which answers are looked for where no system call waits for them, s."""
+"""Poll period for answers on systems without `select` on consoles, s."""
 try:
     import termios
 except ImportError:  # Windows
@@ -43,16 +43,16 @@ except ImportError:  # Windows
 
 
 class PageAsker(TerminalAsker):
-    """Asks on the terminal and on the page, and shows both the same.
+    """Asker that uses the terminal and the page in parallel.
 
-    On Windows, whose consoles cannot be waited for, the page alone answers.
+    On Windows, whose consoles cannot be polled, only the page accepts answers.
     """
 
     def __init__(self, console: Console) -> None:
-        """Print to a console; nobody looks at a page until `page` is set."""
+        """Print to a console; `page` is initially an observer without a page."""
         super().__init__(console)
         self.page = Observer()
-        """Of whoever looks at the page."""
+        """Observer behind the page."""
         self._number = 0
         self._answered: SimpleQueue[tuple[int, str]] = SimpleQueue()
         self._wakes, self._wake = os.pipe()
@@ -61,11 +61,11 @@ class PageAsker(TerminalAsker):
         self._stopped = False
 
     def hear(self, words: str) -> None:
-        """Take words of the page, in any thread. Stop is Ctrl-C: the guard opens the hand, and the program ends."""
+        """Handle a message from the page, in any thread; Stop acts like Ctrl-C."""
         kind, _, rest = words.partition(" ")
         if kind == STOP and not self._stopped:
             self._stopped = True
-            if os.name == "posix":  # it wakes a main thread that waits
+            if os.name == "posix":  # wakes a waiting main thread
                 signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
             else:
                 _thread.interrupt_main()
@@ -76,7 +76,7 @@ class PageAsker(TerminalAsker):
                 os.write(self._wake, b".")
 
     def ask(self, question: Question[Answer]) -> Answer:
-        """Ask until there is an answer that fits.
+        """Ask until a valid answer arrives.
 
         Raises:
             KeyboardInterrupt: Stop, Ctrl-C, the end of a terminal's input, or of all input without a page.
@@ -90,7 +90,7 @@ class PageAsker(TerminalAsker):
             self.page.show(Asked(0))
 
     def show(self, case: CaseShown) -> None:
-        """Show how a case stands."""
+        """Show the state of a case."""
         super().show(case)
         step = case.step
         if step is None:
@@ -100,12 +100,12 @@ class PageAsker(TerminalAsker):
             self.page.show(CaseStands(case.done, step.do, step.why, step.minutes, step.tool, channels))
 
     def announce(self, motion: Motion) -> None:
-        """Show what will move before it does."""
+        """Show a motion before it starts."""
         self.page.show(Moving(motion.text))
         super().announce(motion)
 
     def progress(self, part: float, doing: str, left_s: float) -> None:
-        """Show how far the announced motion is."""
+        """Show the progress of the announced motion."""
         self.page.show(Moving("", part, doing, left_s))
         super().progress(part, doing, left_s)
 
@@ -115,7 +115,7 @@ class PageAsker(TerminalAsker):
         super().tell(text)
 
     def read_line(self, legend: str) -> str:
-        """Return what is typed or clicked first; what was half typed then is dropped."""
+        """Return the first typed or clicked line; a partly typed one is dropped after a click."""
         click.echo(f"{legend}> ", nl=False)
         while True:
             with suppress(Empty):
@@ -124,7 +124,7 @@ class PageAsker(TerminalAsker):
                     self._drop_typed()
                     click.echo(f"{line} (on the page)")
                     return line
-                continue  # of a question that was answered before
+                continue  # answer to an earlier question
             if b"\n" in self._typed:
                 typed, _, self._typed = self._typed.partition(b"\n")
                 return typed.decode(errors="replace")
@@ -141,7 +141,7 @@ class PageAsker(TerminalAsker):
                 self._read()
 
     def _read(self) -> None:
-        """Read what was typed; the end of a terminal's input stops, that of a script leaves the page."""
+        """Read typed text; the end of a terminal's input stops, the end of a script's input leaves only the page."""
         end = sys.stdin.fileno()
         data = os.read(end, 4096)
         self._typed += data
@@ -151,7 +151,7 @@ class PageAsker(TerminalAsker):
                 raise KeyboardInterrupt
 
     def _drop_typed(self) -> None:
-        """Drop what is in the terminal's line: it was meant for a question that is answered."""
+        """Drop a partly typed line, which was meant for an answered question."""
         if self._reads and termios is not None and os.isatty(sys.stdin.fileno()):
             self._typed = b""
             termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
@@ -159,29 +159,29 @@ class PageAsker(TerminalAsker):
 
 @dataclass(frozen=True)
 class SeenHand:
-    """The hand of a case, shown on the page whenever it is open."""
+    """Hand of a case that is shown on the page while open."""
 
     hand: CaseHand
     page: Observer
 
     @property
     def spec(self) -> HandSpec:
-        """Which one it is."""
+        """Specification of the hand."""
         return self.hand.spec
 
     @property
     def clock(self) -> Clock:
-        """Its time."""
+        """Clock of the hand."""
         return self.hand.clock
 
     @property
     def helper(self) -> CaseHelper | None:
-        """Who does the steps where a person asks for it."""
+        """Helper that can do steps on request, or None."""
         return self.hand.helper
 
     @contextmanager
     def open(self) -> Iterator[Target]:
-        """Open it."""
+        """Open the hand and show it on the page."""
         with self.hand.open() as target:
             self.page.follow(source_of(target))
             yield target

@@ -1,4 +1,4 @@
-"""`aero-hil proxy`: faults of the link between any program and any port."""
+"""`aero-hil proxy`: link faults between any program and any port."""
 
 from __future__ import annotations
 

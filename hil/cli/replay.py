@@ -1,8 +1,7 @@
-"""`aero-hil replay`: the bytes of a recording, sent to a hand again, at the recorded times, and the answers compared.
+"""`aero-hil replay`: recorded bytes resent to a hand at the recorded times, with a comparison of the replies.
 
-Bytes are written at the instants at which they were written then, with no driver in between. An emulated hand is of the
-recorded side, firmware, unit and seed unless the options say otherwise, and opened afresh as the recorded one was: the
-same bytes come back. On another hand the difference is a measurement.
+No driver is involved. An emulated hand has the recorded side, firmware, unit and seed unless options override them, and
+starts like the recorded one, so it returns identical bytes. On another hand, the difference is a measurement.
 """
 
 from __future__ import annotations
@@ -31,22 +30,22 @@ from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 
 LAST_REPLY_S = 0.1
-"""Time the last request gets, s."""
+"""Waiting time for the last reply, s."""
 
 
 @dataclass(frozen=True)
 class ReplyComparison:
-    """Two recordings of the same requests."""
+    """Comparison of two recordings of identical requests."""
 
     requests: int
     identical: int
-    """Requests that were answered with the same bytes."""
+    """Number of requests with identical replies."""
     position_rms: NDArray[np.float64]
-    """(7,) rms difference of the encoders, u16, over the position replies both have; NaN without any."""
+    """RMS difference of the encoders, (7,), u16, over common position replies; NaN without any."""
 
 
 def check_replayable(recording: Recording, target: Target) -> None:
-    """See whether a recording can be replayed into a target.
+    """Check that a recording can be replayed on a target.
 
     Raises:
         ValueError: the recording holds no bytes, or the hand is guarded: bytes would pass beneath the guard.
@@ -62,7 +61,7 @@ def check_replayable(recording: Recording, target: Target) -> None:
 
 
 def resend(recording: Recording, target: Target) -> Recording:
-    """Send every byte of a recording to a target again and record what happens.
+    """Resend every byte of a recording to a target and record the replies.
 
     Raises:
         ValueError: as `check_replayable`.
@@ -88,7 +87,7 @@ def resend(recording: Recording, target: Target) -> Recording:
 
 
 def compare_replies(first: Recording, second: Recording) -> ReplyComparison:
-    """Compare, request by request, what two hands answered to the same bytes.
+    """Compare the replies of two hands to identical bytes, request by request.
 
     Raises:
         ValueError: they were not asked the same.
@@ -111,7 +110,7 @@ def compare_replies(first: Recording, second: Recording) -> ReplyComparison:
 
 
 def replies(wire: tuple[WireRecord, ...]) -> list[tuple[bytes, bytes]]:
-    """Return each write to the hand with all bytes that came before the next one."""
+    """Return each write to the hand with all bytes received before the next one."""
     found: list[tuple[bytes, bytes]] = []
     for record in wire:
         if record.direction == "to_hand":
@@ -122,7 +121,7 @@ def replies(wire: tuple[WireRecord, ...]) -> list[tuple[bytes, bytes]]:
 
 
 def _read_until(target: Target, t: float) -> None:
-    """Take what arrives until `t` (s on the target's clock), and be there then."""
+    """Discard received bytes and return at time `t` (s on the target's clock)."""
     target.clock.sleep_until(t)
     while target.wire.read(FRAME_SIZE, 0.0):
         pass
@@ -141,7 +140,7 @@ def replay(*, recording: Path, target_name: str, firmware: str | None, unit: str
         header = recorded.header
         if out is not None:
             prepared_file(out)
-        said = fields_of(target_name)  # what a name says counts over the recording
+        said = fields_of(target_name)  # a name in hands.toml overrides the recording
         hand = HandSpec.named(
             target_name,
             firmware=firmware or said.get("firmware", header.firmware),
@@ -163,7 +162,7 @@ def replay(*, recording: Path, target_name: str, firmware: str | None, unit: str
 
 
 def _unit(header: Header) -> str:
-    """Return the unit that stands in for the recorded hand.
+    """Return the unit that represents the recorded hand.
 
     Raises:
         ValueError: a file, which is not opened because a recording names it.

@@ -1,4 +1,4 @@
-"""`aero-hil report`: recordings judged again."""
+"""`aero-hil report`: renewed verdict on recordings."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NOT_JUDGED = {
     "excitation": "was made by `aero-hil record` and is not judged; `aero-hil calibrate` reads it",
     "policy": "was made by `aero-hil run-policy` and is not judged; `aero-hil view` and `aero-hil export` read it",
 }
-"""Name in the header of a recording that is of no check to what to do with it."""
+"""Advice by experiment name, for recordings that are not judged."""
 
 
 @click.command()
@@ -49,7 +49,7 @@ def report(*, recordings: tuple[Path, ...], out: Path, others: tuple[Path, ...])
     """
     made = {path: _judgeable(path) for path in recordings}
     _print_beside(made, others)
-    # Only this may fail for what a file lacks; an error of the page is a defect.
+    # Only judging may fail for a defect of a file; an error in the page is a bug.
     with judging(*recordings):
         require_one_run({str(path): recording for path, recording in made.items()})
         judged = judge_recordings(list(made.values()))
@@ -109,7 +109,7 @@ def _judgeable(path: Path) -> Recording:
 
 
 def _links(made: Mapping[Path, Recording], out: Path) -> dict[str, str]:
-    """Return the experiment of each recording to its path relative to the page."""
-    # Both as they are on this disk: a relative path through a link would lead to another folder.
+    """Return the path of each recording relative to the page, by experiment."""
+    # Both paths are resolved, because a relative path through a symbolic link would lead to another folder.
     folder = out.parent.resolve()
     return {r.header.experiment: Path(os.path.relpath(path.resolve(), folder)).as_posix() for path, r in made.items()}

@@ -1,4 +1,4 @@
-"""`aero-hil run-policy`: a policy on any hand, recorded."""
+"""`aero-hil run-policy`: recorded run of a policy on any hand."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from model.scene import CUBE
 from model.units.cable_correction import NONE, TYPICAL, named_correction
 
 CODES = {Ending.TIME: Exit.WITHIN_LIMITS, Ending.OVERRUN: Exit.HOST_BUSY, Ending.TOO_SLOW: Exit.HOST_BUSY}
-"""Exit codes of the endings that are not the hand's."""
+"""Exit codes of the endings that the hand does not cause."""
 
 
 @click.command("run-policy")
@@ -107,7 +107,7 @@ def run_policy(
             )
         ended = result.run.ending
         observer.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
-        ours = policy.name == DEFAULT and not dry_run  # measured with this policy alone
+        ours = policy.name == DEFAULT and not dry_run  # the thresholds were measured with this policy only
         held = held_at_the_end(result.currents_a, policy.settings.period_s).value if ours else ""
         console.print(_outcome(result, held, cube, most_a))
         if result.run.reason:
@@ -120,14 +120,14 @@ def run_policy(
 
 
 def _correction_line(whose: str, correction: Sequence[float]) -> str:
-    """Return which correction is used, whose it is and how much it is."""
+    """Return the name, origin and values of the correction."""
     millimetres = ", ".join(f"{channel.label} {1e3 * correction[channel]:+.1f}" for channel in CABLES)
     meaning = {TYPICAL: "the mean of healthy hands", NONE: "the hand is taken as the map describes it"}
     return f"Correction of the cables: {whose} ({meaning.get(whose, 'that of this unit')}), mm: {millimetres}."
 
 
 def _before_moving(opened: Target, policy: Policy, settings: RunSettings) -> str:
-    """Return what will move, for how long, and what stops it."""
+    """Return the announcement: moving parts, duration, and stop conditions."""
     if settings.dry:
         return before_moving(opened, (0.0,) * len(Channel), 0.0).text
     grasp = policy.settings
@@ -137,7 +137,7 @@ def _before_moving(opened: Target, policy: Policy, settings: RunSettings) -> str
 
 
 def _recorded(opened: Target, path: Path | None, run: Callable[[Recorder, Progress], PolicyRun]) -> PolicyRun:
-    """Run a policy and record it to `path`, if not None, whatever ends it."""
+    """Run a policy and record it, to `path` if given, whatever the ending."""
     recorder, name = Recorder(opened, "policy", path), opened.describe()
     with ProgressBar() as bar:
         task = bar.add_task(name, total=1.0)
@@ -158,7 +158,7 @@ def _recorded(opened: Target, path: Path | None, run: Callable[[Recorder, Progre
 
 
 def _outcome(result: PolicyRun, held: str, cube: CubeWatch | None, most_a: float) -> Table:
-    """Return what a person reads at the end; `held` is empty where the currents do not tell it."""
+    """Return the result table; `held` is empty if the currents do not reveal it."""
     run, late_ms = result.run, 1e3 * np.percentile(result.lateness_s or (0.0,), (50, 99, 100))
     rows = {
         "ended because": run.ending.value,

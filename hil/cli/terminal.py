@@ -1,4 +1,4 @@
-"""Text and progress on the terminal: shown as it is, for it holds names of files, headers and errors, and no markup."""
+"""Text and progress on the terminal, printed without markup, because it contains file names, headers and errors."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from aero.printable import printable
 
 
 class _Terminal(Console):
-    """Rich's console; whatever is printed, tables and bars too, comes through here before it is coloured."""
+    """Rich console that escapes the text of everything printed, including tables and bars."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
-        """Return the parts of what is printed, their text as it can be shown."""
+        """Yield the segments with printable text."""
         for part in super().render(renderable, options):
             yield part if part.control else Segment(printable(part.text), part.style)
 
 
 def console(*, width: int | None = None, stderr: bool = False) -> Console:
-    """Return the terminal, on which square brackets, colons and escape sequences are only that."""
+    """Return a console without markup: square brackets, colons and escape sequences are plain text."""
     return _Terminal(width=width, stderr=stderr, markup=False, highlight=False, emoji=False)
 
 
@@ -42,13 +42,13 @@ def _on_stderr() -> Console:
 
 
 LEAST_NAME = 18
-"""Characters that a row's name has at least; a longer one continues in the next line."""
+"""Smallest width of a row's name, characters; longer names are wrapped."""
 
 Rows = Mapping[str, Sequence[str]]
 
 
 def print_columns(console: Console, title: str, heads: Sequence[str], rows: Rows) -> None:
-    """Print rows under their heads; columns that do not fit beside a row's name go into a table below."""
+    """Print rows under their headings; columns beyond the width continue in another table below."""
     widths = [max(map(len, (head, *(row[k] for row in rows.values())))) for k, head in enumerate(heads)]
     name_width = max(LEAST_NAME, min(max(map(len, rows), default=0), console.width - 4 - max(widths, default=0) - 3))
     first = 0
@@ -67,33 +67,33 @@ def print_columns(console: Console, title: str, heads: Sequence[str], rows: Rows
 
 
 DOING_WIDTH, BAR_WIDTH = 38, 16
-"""Characters of what is being done and of the bar; with percentage and time left they fill 80."""
+"""Widths of description and bar, characters; with percentage and remaining time they fill 80."""
 
 
 def description() -> TextColumn:
-    """Return the column of a progress bar that says what is being done, cut where it is too long."""
+    """Return the description column of a progress bar, truncated with an ellipsis."""
     column = Column(no_wrap=True, overflow="ellipsis", max_width=DOING_WIDTH)
     return TextColumn("{task.description}", markup=False, table_column=column)
 
 
 LINE_S = 10.0
-"""Time between two lines where there is no terminal, s."""
+"""Period of progress lines without a terminal, s."""
 
 
 def _moves(console: Console) -> bool:
-    """Return whether a bar may move: FORCE_COLOR asks for colours in a log too, and Rich takes it for a terminal."""
+    """Return whether a bar can be animated; Rich takes FORCE_COLOR for a terminal, also in a log file."""
     return console.is_terminal and ("FORCE_COLOR" not in os.environ or console.file.isatty())
 
 
 class ProgressBar(Progress):
-    """Rich's bar on standard error, which alone shows nothing where its output is redirected."""
+    """Rich progress bar on standard error, with plain lines if the output is redirected."""
 
     _said_at = 0.0
 
     def __init__(
         self, *columns: ProgressColumn, console: Console | None = None, lines: bool = True, **options: Any
     ) -> None:
-        """Prepare a bar that leaves nothing behind.
+        """Create a bar that is erased at the end.
 
         Args:
             columns: of the bar; the default ones fit into 80 characters.
@@ -103,29 +103,29 @@ class ProgressBar(Progress):
         """
         self._lines = lines
         chosen = console or _on_stderr()
-        # Rich would take what is printed meanwhile to this console, also what goes into a pipe.
+        # Rich would redirect standard output to this console even if it is a pipe.
         options["redirect_stdout"] = sys.stdout.isatty()
-        # Where nobody sees a bar, Rich would leave an empty line.
+        # without a terminal, Rich would print an empty line
         options["disable"] = options.get("disable", False) or not _moves(chosen)
         super().__init__(*columns, console=chosen, transient=True, **options)
 
     @classmethod
     def get_default_columns(cls) -> tuple[ProgressColumn, ...]:
-        """Return Rich's, but for a description that is shown as it is: a path may look like markup."""
+        """Return Rich's columns with a description without markup, because a path may look like markup."""
         return description(), BarColumn(bar_width=BAR_WIDTH), TaskProgressColumn(), TimeRemainingColumn()
 
     def start(self) -> None:
-        """Start the bar, or the time to the first line."""
+        """Start the bar and the time to the first line."""
         self._said_at = self.get_time()
         super().start()
 
     def update(self, task_id: TaskID, **changes: object) -> None:
-        """Note how far a task has got, as `rich.progress.Progress.update` does."""
+        """Update a task's progress, like `rich.progress.Progress.update`."""
         super().update(task_id, **changes)  # type: ignore[arg-type]
         self._say(task_id)
 
     def advance(self, task_id: TaskID, advance: float = 1.0) -> None:
-        """Note that a task has got further, as `rich.progress.Progress.advance` does."""
+        """Advance a task, like `rich.progress.Progress.advance`."""
         super().advance(task_id, advance)
         self._say(task_id)
 

@@ -1,4 +1,4 @@
-"""The person at the hand, reached by the terminal."""
+"""Questions to the user on the terminal."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from hil.targets.asker import Answer, CaseShown, Choice, Motion, Question
 
 
 class TerminalAsker:
-    """Prints, and reads lines from standard input; the progress is a bar on standard error."""
+    """Asker on standard output and input, with a progress bar on standard error."""
 
     def __init__(self, console: Console) -> None:
         """Print to a console."""
         self._console = console
         self._shown = 0
-        """Steps of the case that were printed."""
+        """Number of printed steps of the case."""
         self._bar: tuple[ProgressBar, TaskID] | None = None
 
     def ask(self, question: Question[Answer]) -> Answer:
-        """Ask until there is an answer that fits.
+        """Ask until a valid answer arrives.
 
         Raises:
             KeyboardInterrupt: at the end of the input, and on Ctrl-C.
@@ -49,7 +49,7 @@ class TerminalAsker:
             raise KeyboardInterrupt from error
 
     def show(self, case: CaseShown) -> None:
-        """Print the steps that are new, and the next one or the end."""
+        """Print new steps, and the next one or the conclusion."""
         for said in case.done[self._shown :]:
             self._print(f"done       {said}")
         self._shown = len(case.done)
@@ -61,11 +61,11 @@ class TerminalAsker:
             self._print(case.conclusion, style="bold")
 
     def announce(self, motion: Motion) -> None:
-        """Print what will move."""
+        """Print the announcement of a motion."""
         self._print(motion.text)
 
     def progress(self, part: float, doing: str, left_s: float) -> None:
-        """Move the bar, which is there from the first call until the motion ends."""
+        """Update the bar, which is shown from the first call until the motion ends."""
         if self._bar is None:
             time_left = TextColumn("{task.fields[left]}", markup=False)
             bar = ProgressBar(description(), BarColumn(bar_width=BAR_WIDTH), TaskProgressColumn(), time_left)
@@ -81,7 +81,7 @@ class TerminalAsker:
         self._print(text)
 
     def close(self) -> None:
-        """Take the bar away, where there is one."""
+        """Remove the bar, if shown."""
         if self._bar is not None:
             self._bar[0].stop()
             self._bar = None

@@ -1,4 +1,4 @@
-"""`aero-hil validate`: is this hand, real or emulated, as good as it should be?"""
+"""`aero-hil validate`: check of a hand, physical or emulated, against its limits."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from hil.targets.hand_spec import HandSpec
 
 
 class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
-    """The name of an experiment; what names there are is only looked up when one is given."""
+    """Name of an experiment; the valid names are loaded only on use."""
 
     name = "experiment"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the name, or say which there are."""
+        """Return the name, or fail with the valid names."""
         from hil.checks import EXPERIMENTS  # noqa: PLC0415 - loads a physics engine
 
         return click.Choice(list(EXPERIMENTS)).convert(value, param, ctx)

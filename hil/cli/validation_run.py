@@ -1,4 +1,4 @@
-"""What `aero-hil validate` does; apart from its options, because it loads a physics engine and a plotting library."""
+"""Implementation of `aero-hil validate`, separate from its options because it imports MuJoCo and a plotting library."""
 
 from __future__ import annotations
 
@@ -41,20 +41,20 @@ from hil.view.sources import source_of
 
 
 class RunProgress:
-    """Follows a validation through its experiments, weighted by the hand time that each takes.
+    """Progress of a validation, weighted by the experiments' hand time.
 
-    On a terminal it is a bar; elsewhere a line an experiment on standard error.
+    Shown as a bar on a terminal, otherwise as one line per experiment on standard error.
     """
 
     def __init__(self, bar: ProgressBar, experiments: Sequence[Experiment], observer: Observer) -> None:
-        """Begin with none done."""
+        """Start at 0 % of all experiments."""
         self._bar, self._experiments, self._observer = bar, experiments, observer
         self._total_s = sum(experiment.hand_s for experiment in experiments)
         self._done = 0
         self._task = bar.add_task("opening", total=1.0)
 
     def step(self, done: float, doing: str) -> None:
-        """Note the finished part, 0 to 1, of the present experiment."""
+        """Update the finished fraction, 0 to 1, of the current experiment."""
         before_s = sum(experiment.hand_s for experiment in self._experiments[: self._done])
         present = self._experiments[min(self._done, len(self._experiments) - 1)]
         words = f"{min(self._done + 1, len(self._experiments))} of {len(self._experiments)}, {present.name}: {doing}"
@@ -63,7 +63,7 @@ class RunProgress:
         self._observer.show(Moving("", part, words, (1.0 - part) * self._total_s))
 
     def result(self, so_far: Validation) -> None:
-        """Print what the experiment that has just ended came to."""
+        """Print the result of the last experiment."""
         self._done = len(so_far.results)
         name, result = list(so_far.results.items())[-1]
         self._bar.console.print(result_line(name, result.findings))
@@ -81,7 +81,7 @@ def run(
     dry_run: bool,
     out: Path | None,
 ) -> None:
-    """Validate the chosen hand, show the result and end the program with its exit code; see the options."""
+    """Validate the chosen hand, show the result and end the program with its exit code."""
     console = new_console()
     asker = PageAsker(console) if view else TerminalAsker(console)
     with usage_errors():
@@ -95,7 +95,7 @@ def run(
     with asking(asker, hand) as observer:
         try:
             asks = any(EXPERIMENTS[name].asks for name in names)
-            # A bar that moves would draw over the questions.
+            # an animated bar would overwrite the questions
             bars = ProgressBar(lines=False, disable=asks)
             with claimed(folder), emptied(folder), opening as alone, bars as bar:
                 onlookers = (Onlooker(asker.ask),) if asks else ()
@@ -128,7 +128,7 @@ def run(
                     progress=telling(observer, along.step),
                     on_result=kept,
                 )
-        # Known only when the hand is closed; what was measured stands.
+        # found only when the hand is closed; the readings stay valid
         except (FaultNeverFiredError, SafetyStopError) as error:
             if result is None or folder is None:
                 raise
@@ -145,7 +145,7 @@ def _show(result: Validation, observer: Observer) -> None:
 
 
 def _end(result: Validation, folder: Path) -> NoReturn:
-    """Leave with the exit code of the run."""
+    """End the program with the exit code of the run."""
     if result.end.kind is EndKind.HOST_BUSY:
         raise Ended(f"{result.end.reason} What was recorded is in {folder}", Exit.HOST_BUSY)
     if result.end.error is None:

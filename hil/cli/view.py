@@ -1,4 +1,4 @@
-"""`aero-hil view`: a recording in a web page, with a time line."""
+"""`aero-hil view`: recording in a web page, with a time line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`--view`: a page that shows the hand of a command while it moves."""
+"""`--view`: web page that shows a command's hand while it moves."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def viewing(
     asks: bool = False,
     on_words: Callable[[str], object] | None = None,
 ) -> Iterator[Observer]:
-    """Serve a page for the time of a command, where it is wanted, and say its address on standard error.
+    """Serve a page for the duration of a command if `wanted`, and print its address on standard error.
 
-    Put it around everything that a command does with a hand: when the page is waited for, the hand is done with.
+    Wrap all use of the hand: on exit this waits for the browser page, after the hand is closed.
 
     Args:
         wanted: whether there was `--view`.
@@ -60,7 +60,7 @@ def viewing(
 
 
 def telling(observer: Observer, progress: Callable[[float, str], Any]) -> Callable[[float, str], None]:
-    """Return a progress that also tells the observer of each thing that begins."""
+    """Return a progress callback that also notes each new action in the observer."""
     present = ""
 
     def tell(done: float, doing: str) -> None:

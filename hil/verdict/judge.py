@@ -133,7 +133,7 @@ class Judge:
     def diagnosis(self, run: Validation, folder: Path | None = None) -> Diagnosis:
         """Return the diagnosis of a run's failures.
 
-        After an interruption or a refusal of the guard, there are no suspects.
+        After an interruption or a refusal of the guard, nothing is suspected.
         """
         failures = failed(run.findings)
         if run.end.kind in SAYS_NOTHING or run.end.kind is EndKind.NOT_PERMITTED:
@@ -289,7 +289,7 @@ def _action(run: Validation) -> NextStep:
 
 
 def _again(run: Validation) -> NextStep | None:
-    """Return the action after a run that is no evidence about the hand."""
+    """Return the action after an inconclusive run."""
     if run.end.finding is None or run.header is None:
         return None
     return NextStep(run.end.finding.remedy, command_again(run.header))

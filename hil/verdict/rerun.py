@@ -163,7 +163,7 @@ def _prepare(target: Target, plan: Plan, homings: int, course: _Course) -> None:
 
 
 def outcome_of_run(judge: Judge, before: Failures, proposal: Proposal, run: Validation) -> StepOutcome | None:
-    """Return the outcome of a step from the run after it, or None if the run is no evidence about the hand."""
+    """Return the outcome of a step from the run after it, or None if the run is inconclusive."""
     # After a busy run without failures, the gone failure was still measured again.
     if run.end.kind in SAYS_NOTHING - {EndKind.HOST_BUSY}:
         return None

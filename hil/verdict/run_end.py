@@ -110,7 +110,7 @@ class EndKind(Enum):
         "{reason}",
         "What was measured is that of a hand without it.",
     )
-    """A requested fault never took effect: readings stay valid, but there is no verdict."""
+    """A requested fault never took effect: readings stay valid, without a verdict."""
     NOT_OPENED = (
         "opening",
         "stopped",
@@ -123,7 +123,7 @@ class EndKind(Enum):
 
 
 SAYS_NOTHING = {EndKind.INTERRUPTED, EndKind.INCOMPLETE, EndKind.NOT_WRITTEN, EndKind.HOST_BUSY}
-"""Ends that are no evidence about the hand."""
+"""Ends without evidence about the hand."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""`aero-hil doctor`: look at this machine, its ports and the hand at rest, and say what to do."""
+"""`aero-hil doctor`: examination of this machine, its ports and a hand at rest, with remedies."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hil.targets.hands_file import FILE, add_hand, fields_of, refuse_taken
 
 
 def examine(named: str = "") -> Iterator[Examined]:
-    """Yield every finding as it is made; `named` is a hand's port, empty for none."""
+    """Yield every finding at once; `named` is a hand's port, or ""."""
     yield from check_installation()
     yield check_drawing()
     yield check_jitter(lateness_s())
@@ -29,7 +29,7 @@ def examine(named: str = "") -> Iterator[Examined]:
 
 
 FORMAT = 1
-"""Number of the shape that `--json` prints; another one when a name in it changes."""
+"""Format version of `--json`, increased when a name changes."""
 COLOURS = {Verdict.OK: "green", Verdict.LOOK: "yellow", Verdict.WRONG: "red"}
 
 
@@ -63,7 +63,7 @@ def doctor(port: str | None, save: str | None, as_json: bool) -> None:
 
 
 def _saved(name: str, port: str, findings: Mapping[str, Examined]) -> str:
-    """Add a hand that answered to `hands.toml` and return what to say."""
+    """Add a hand that answered to `hands.toml`; return the message."""
     if "firmware" not in findings:
         return f"not saved as {name}: no hand answered"
     add_hand(name, port, findings["firmware"].data["versions"])
@@ -71,7 +71,7 @@ def _saved(name: str, port: str, findings: Mapping[str, Examined]) -> str:
 
 
 def exit_code(findings: Iterable[Examined]) -> Exit:
-    """Return 3 where no hand answers, 1 where something else is wrong, 0 where all works."""
+    """Return 3 without an answering hand, 1 for another error, 0 otherwise."""
     findings = tuple(findings)
     if worst(findings, Subject.LINK) is Verdict.WRONG:
         return Exit.NO_HAND
@@ -79,7 +79,7 @@ def exit_code(findings: Iterable[Examined]) -> Exit:
 
 
 def show(finding: Examined) -> None:
-    """Print one line of the table, and what to do."""
+    """Print one line of the table, with its remedy."""
     colour = None if "NO_COLOR" in os.environ else COLOURS[finding.verdict]
     said = printable(f"{finding.check}: {finding.finding}")
     click.echo(f"{click.style(f'{finding.verdict:5}', fg=colour)} {said}")

@@ -1,4 +1,4 @@
-"""What a check says: a verdict, what was found, and what to do about it."""
+"""Finding of an examination: verdict, observation, remedy."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from typing import Any
 
 
 class Verdict(StrEnum):
-    """From good to bad."""
+    """Verdict, ordered from good to bad."""
 
     OK = "ok"
     LOOK = "look"
-    """Worth a look: it works, or may work, but not as well as it could."""
+    """Working, perhaps with limitations."""
     WRONG = "wrong"
-    """Something will not work until this is put right."""
+    """Not working until the remedy is applied."""
 
 
 class Subject(StrEnum):
-    """What a finding is about; a broken machine must never look like a broken hand."""
+    """Subject of a finding, so that a machine's fault is not mistaken for a hand's."""
 
     MACHINE = "machine"
     LINK = "link"
-    """The port that was named, and whether a hand answers there."""
+    """Named port, including whether a hand answers."""
     HAND = "hand"
 
 
@@ -32,25 +32,25 @@ class Examined:
     """One line of the table."""
 
     check: str
-    """Name of the check, which stays the same from version to version."""
+    """Stable name of the check."""
     verdict: Verdict
     finding: str
-    """What was found, in a sentence or less."""
+    """Observation, at most one sentence."""
     remedy: str = ""
-    """What to do; empty where there is nothing to do."""
+    """Action to take; empty if none is needed."""
     copy: tuple[str, ...] = ()
-    """Lines to copy as they are."""
+    """Lines for copy and paste."""
     subject: Subject = Subject.MACHINE
     data: Mapping[str, Any] = field(default_factory=dict)
-    """The same in figures, for programs: what JSON can hold."""
+    """Figures of the finding, JSON-compatible."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for JSON."""
+        """Return the finding as a JSON-compatible dict."""
         return asdict(self)
 
 
 def worst(findings: Iterable[Examined], *subjects: Subject) -> Verdict:
-    """Return the worst verdict, of findings about some subjects or, without any, of all."""
+    """Return the worst verdict of findings about these subjects, or of all findings without subjects."""
     order = list(Verdict)
     verdicts = [finding.verdict for finding in findings if not subjects or finding.subject in subjects]
     return max(verdicts, key=order.index, default=Verdict.OK)

@@ -1,4 +1,4 @@
-"""The ports of this machine and the hand at one of them, asked at rest: nothing moves and no register changes."""
+"""Examination of serial ports and of a hand at rest, without motion or register writes."""
 
 from __future__ import annotations
 
@@ -18,43 +18,43 @@ from hil.cli.doctor.finding import Examined, Subject, Verdict
 from hil.targets.boot_text import identify
 
 HAND_USB = (0x303A, 0x1001)
-"""USB vendor and product of the hand's board, an ESP32-S3 with its own USB port."""
+"""USB vendor and product of the hand's board, an ESP32-S3 with native USB."""
 UDEV_FILE = "/etc/udev/rules.d/70-aero-hand.rules"
 UDEV_RULE = (
     'SUBSYSTEM=="tty", ATTRS{idVendor}=="303a", ATTRS{idProduct}=="1001", MODE="0660", TAG+="uaccess", '
     'ENV{ID_MM_DEVICE_IGNORE}="1"'
 )
-"""Gives the port to whoever is logged in, and keeps ModemManager from writing to it."""
+"""Rule that grants the port to the logged-in user and keeps ModemManager from writing to it."""
 UDEV_COPY = (
     f"echo '{UDEV_RULE}' | sudo tee {UDEV_FILE}",
     "sudo udevadm control --reload-rules && sudo udevadm trigger --subsystem-match=tty",
 )
 PSEUDO_TERMINALS = {"/dev/ptmx", "/dev/pts/ptmx"}
-"""Open in whoever serves a pseudo-terminal: `aero-hil emulate` is no second master of its own hand."""
+"""Files open in any server of a pseudo-terminal; they exempt `aero-hil emulate` from the check for a second master."""
 SPANS = UNSHIFTED.spans_counts()
-"""Width of each channel's command window as homing leaves it, (7,) counts, the same for every firmware and side."""
+"""Width of each channel's command window after homing, (7,) counts, identical for every firmware and side."""
 RESTARTED = CommandWindow.for_firmware(DEFAULT_FIRMWARE, "mixed")
-"""The windows of firmware 0.2.0 after a restart without homing: the thumb's have another width."""
+"""Windows of firmware 0.2.0 after a restart without homing, in which the thumb's widths differ."""
 
 
 @dataclass(frozen=True)
 class Port:
-    """What the system says about one serial port."""
+    """System data of one serial port."""
 
     device: str
     usb: tuple[int, int] | None = None
     """USB vendor and product."""
     serial_number: str = ""
     permitted: bool = True
-    """Whether this user may read and write it."""
+    """Whether this user may read and write the port."""
     group: str = ""
-    """Group that owns it, empty where there is none."""
+    """Group that owns the port, or ""."""
     holders: tuple[str, ...] = ()
-    """Programs that have it open, as `name (process ID)`; only those that this user may see."""
+    """Programs that have the port open, as `name (process ID)`, as far as visible to this user."""
 
 
 def examine_port(named: str) -> Iterator[Examined]:
-    """Yield what there is to say about the ports, and about the hand at the one that is named, empty for none."""
+    """Yield the findings on the ports, and on the hand at the port `named`, if any."""
     ports = [
         _read_port(found.device, None if found.vid is None else (found.vid, found.pid), found.serial_number or "")
         for found in sorted(comports())
@@ -67,7 +67,7 @@ def examine_port(named: str) -> Iterator[Examined]:
 
 
 def _read_port(device: str, usb: tuple[int, int] | None = None, serial_number: str = "") -> Port:
-    """Return what the system says about a port, without opening it."""
+    """Return the system data of a port, without opening it."""
     real = os.path.realpath(device)
     try:
         group = Path(real).group()
@@ -77,7 +77,7 @@ def _read_port(device: str, usb: tuple[int, int] | None = None, serial_number: s
 
 
 def holders(device: str) -> tuple[str, ...]:
-    """Return which other programs have a device open; none where the system does not say."""
+    """Return the other programs that have a device open; none if the system does not report them."""
     device, found = os.path.realpath(device), []
     for process in Path("/proc").glob("[0-9]*"):
         if process.name == str(os.getpid()):
@@ -92,7 +92,7 @@ def holders(device: str) -> tuple[str, ...]:
 
 
 def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Examined]:
-    """Judge the ports of this machine; the one that is named counts as the hand's."""
+    """Judge the ports of this machine; the named port counts as the hand's."""
     hands = [port for port in ports if (port.device == named if named else port.usb == HAND_USB)]
     data = {
         "ports": [{"device": port.device, "usb": list(port.usb or ()), "serial": port.serial_number} for port in ports],
@@ -115,7 +115,7 @@ def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Examined]:
 
 
 def _check_port(port: Port) -> Iterator[Examined]:
-    """Judge one port: rights and holders."""
+    """Judge the permissions and holders of one port."""
     device = port.device
     data = {"device": device, "group": port.group, "permitted": port.permitted}
     if port.permitted:
@@ -134,10 +134,10 @@ def _check_port(port: Port) -> Iterator[Examined]:
 
 @dataclass(frozen=True)
 class Answers:
-    """What a board said."""
+    """Answers of a board."""
 
     codes: tuple[int, ...]
-    """Positions, command order."""
+    """Position codes, command order."""
     knows_limits: bool
     knows_calibrate_mid: bool
     boot_text: str
@@ -157,7 +157,7 @@ def ask(port: str) -> Answers:
 
 
 def _busy() -> str:
-    """Return, in words to put before what a hand is blamed for, that this computer is busy; empty where it is not."""
+    """Return a prefix for hand faults that blames a busy computer; empty on an idle one."""
     load, cores = _load()
     if load <= cores:
         return ""
@@ -166,13 +166,13 @@ def _busy() -> str:
 
 
 def _load() -> tuple[float, int]:
-    """Return how many programs want to run now, and on how many cores; none where the system does not say."""
+    """Return the load average (0 if unknown) and the number of cores."""
     cores = os.cpu_count() or 1
     return (os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0), cores
 
 
 def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Examined]:
-    """Ask a hand, and judge its answers; one that another program holds is left alone."""
+    """Query a hand and judge its answers; skip a port that another program holds."""
     answers: Answers | None = None
     verdict, found, remedy = Verdict.OK, f"a hand answers at {port}", ""
     try:
@@ -195,7 +195,7 @@ def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Examined]:
 
 
 def candidates(answers: Answers) -> tuple[str, ...]:
-    """Return the firmware versions that answer so; empty when none does."""
+    """Return the firmware versions consistent with the answers."""
     possible = tuple(
         version
         for version, row in FIRMWARE.items()
@@ -209,7 +209,7 @@ def candidates(answers: Answers) -> tuple[str, ...]:
 
 
 def check_firmware(answers: Answers) -> Examined:
-    """Name the versions that the board behaves like; those that answer alike at rest stand together."""
+    """Report the versions consistent with the board's behaviour, including those that cannot be told apart at rest."""
     versions = candidates(answers)
     data = {
         "versions": list(versions),
@@ -226,14 +226,14 @@ def check_firmware(answers: Answers) -> Examined:
 
 
 def restarted(codes: Sequence[int]) -> bool:
-    """Return whether the thumb's two windows are those of firmware 0.2.0 or `main` restarted without homing."""
+    """Return whether the thumb's windows are those of firmware 0.2.0 or `main` after a restart without homing."""
     here, homed = fits_span(codes, RESTARTED.spans_counts()), fits_span(codes, SPANS)
     changed = RESTARTED.spans_counts() != SPANS
     return bool((here & ~homed)[changed].all())
 
 
 def check_calibration(codes: Sequence[int]) -> Examined:
-    """Judge from one reading whether the command windows are those that homing leaves.
+    """Judge from one reading whether the command windows are those after homing.
 
     A window of another width shows in nearly every reading; one that is merely moved does not show at all.
     """

@@ -1,4 +1,4 @@
-"""This machine: Python, what is installed, how MuJoCo draws, and how late a program is woken."""
+"""Examination of this machine: Python, installation, MuJoCo's drawing, scheduling jitter."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from hil.recordings.provenance import source_commit
 
 PROJECT = "aero-hil"
 PATIENCE_S = 30.0
-"""For one attempt to draw, s; a good one takes about one."""
+"""Time-out of the OpenGL probe, s (typically 1 s)."""
 LOADED, DREW = "loaded", "drew"
-# Left at once in the end: some OpenGL fail on being put away.
+# exits without cleanup, because some OpenGL drivers crash in it
 PROGRAM = f"""
 import os, mujoco
 print("{LOADED}", flush=True)
@@ -36,11 +36,11 @@ print("{DREW}", flush=True)
 os._exit(0)
 """
 TICK_S, TICKS = 0.005, 200
-"""A second of ticks, eight in the time between two polls of the guard."""
+"""Sampling of one second, with eight ticks per poll of the guard."""
 
 
 def check_installation() -> Iterator[Examined]:
-    """Look at Python, this project, the packages that everything needs, and the extras."""
+    """Check Python, this project, its required packages and its extras."""
     here = {"version": platform.python_version(), "system": platform.system(), "machine": platform.machine()}
     found = f"{here['version']} on {here['system']} {platform.release()}, {here['machine']}"
     commit = source_commit()
@@ -63,7 +63,7 @@ def check_installation() -> Iterator[Examined]:
     extras = {
         name: needs(name, _declared, _installed) for name in sorted(ours.metadata.get_all("Provides-Extra") or [])
     }
-    # One of which something is missing was not asked for, and is no fault.
+    # an incomplete extra was not requested, so it is not an error
     usable = {name: None not in packages.values() for name, packages in extras.items()}
     lacking = [name for name in extras if not usable[name]]
     said = f"usable: {', '.join(name for name in extras if usable[name]) or 'none'}"
@@ -94,7 +94,7 @@ def needs(
             name = canonicalize_name(requirement.name)
             if name != PROJECT:
                 yield name
-            for further in requirement.extras:  # extras that name extras, of this project or of others
+            for further in requirement.extras:  # an extra may include other extras, of this project or of others
                 yield from walk(name, further)
 
     return {name: version_of(name) for name in sorted(set(walk(PROJECT, extra)))}
@@ -115,7 +115,7 @@ def _declared(name: str) -> Sequence[str]:
 
 
 def _drawn() -> tuple[str, str]:
-    """Load MuJoCo and draw, in another process; return how far it came and the last line of a failure."""
+    """Load MuJoCo and draw in another process; return its progress markers and the last error line."""
     command = [sys.executable, "-P", "-c", PROGRAM]
     try:
         ran = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
@@ -127,7 +127,7 @@ def _drawn() -> tuple[str, str]:
 
 
 def check_drawing() -> Examined:
-    """Look whether MuJoCo draws."""
+    """Check whether MuJoCo can draw."""
     if find_spec("mujoco") is None:
         return Examined("drawing", Verdict.OK, "MuJoCo is not installed (extra `emulate`), so nothing draws")
     named = os.environ.get("MUJOCO_GL")
@@ -146,7 +146,7 @@ def check_drawing() -> Examined:
 
 
 def lateness_s(clock: Clock | None = None) -> NDArray[np.float64]:
-    """Return how late each of `TICKS` waits ends, (n,) s; waits for as long as they take."""
+    """Return the lateness of `TICKS` waits, (n,) s; takes `TICKS * TICK_S` or longer."""
     clock = clock or WallClock()
     late = np.empty(TICKS)
     for tick in range(TICKS):
@@ -157,7 +157,7 @@ def lateness_s(clock: Clock | None = None) -> NDArray[np.float64]:
 
 
 def check_jitter(late_s: NDArray[np.float64]) -> Examined:
-    """Judge how late the ticks came, (n,) s, by what the guard of a hand needs."""
+    """Judge the lateness of ticks, (n,) s, against the guard's poll period."""
     limits = Thresholds()
     worst, p99 = float(late_s.max()), float(np.quantile(late_s, 0.99))
     found = f"a tick of {1e3 * TICK_S:g} ms came up to {1e3 * worst:.1f} ms late (99 %: {1e3 * p99:.1f} ms)"
