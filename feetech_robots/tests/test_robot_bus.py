@@ -261,7 +261,7 @@ def test_orders_silence_heat_and_starve(pendulum):
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("dance", "is no order; orders are: hold JOINT DEGREES"),
+        ("dance", "is not an order; orders are: hold JOINT DEGREES"),
         ("hold swings 3", "no joint 'swings'; it has swing"),
         ("silence 3 1", "no servo with ID 3; it has 9"),
         ("hold swing far", "could not convert"),
@@ -275,8 +275,8 @@ def test_orders_silence_heat_and_starve(pendulum):
         ("poke 9 id 300", "register id is 0 to 255"),
         ("poke 9 offset 5000", "5000 does not fit"),
         ("peek 9 torque", "no register 'torque' in an STS3215"),
-        ("now now", "is no order"),
-        ("", "is no order"),
+        ("now now", "is not an order"),
+        ("", "is not an order"),
     ],
 )
 def test_an_order_that_is_none_says_what_is(pendulum, line, message):

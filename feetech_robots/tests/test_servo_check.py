@@ -115,7 +115,7 @@ def test_a_servo_that_is_silent_now_and_then_has_a_loose_plug(arm):
 @pytest.mark.parametrize(
     ("order", "check", "words"),
     [
-        (lambda bus: bus.robot.heat(2, 75.9), "servo 2 temperature", "75 °C; it lets go above 70 °C"),
+        (lambda bus: bus.robot.heat(2, 75.9), "servo 2 temperature", "75 °C; its torque switches off above 70 °C"),
         (lambda bus: bus.robot.heat(2, 75), "servo 2 status", "temperature (status 0x04)"),
         (lambda bus: bus.robot.heat(2, 65.9), "servo 2 temperature", "65 °C"),
         (lambda bus: bus.robot.supply(3.5), "servo 2 supply", "3.5 V is not within its limits of 4 to 14 V"),
@@ -156,7 +156,7 @@ def test_an_offset_that_is_a_twos_complement_is_named(arm):
     seen = survey(arm().bus, 1, 1_000_000)
     (line,) = judge([replace(seen, offset_word=0xFC18)])
     assert line.verdict is Verdict.WRONG
-    assert "0xFC18, which is no number with its sign in bit 11" in line.finding
+    assert "0xFC18, which is not a number with its sign in bit 11" in line.finding
     assert replace(seen, offset_word=1000 | 1 << 11).offset_counts == -1000
 
 

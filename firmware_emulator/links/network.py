@@ -119,11 +119,11 @@ class NetworkPort(Closing):
             data = b"".join(self._manager.filter(data))
             unended = len(self._manager.suboption or b"")
         except Exception as error:  # pyserial does not validate options; malformed ones raise anything
-            _LOG.info("%s: a client was dropped, whose Telnet option is wrong: %r", self.name, error)
+            _LOG.info("%s: client disconnected after an invalid Telnet option: %r", self.name, error)
             self.hang_up()
             return b""
         if unended > LONGEST_OPTION:
-            _LOG.info("%s: a client was dropped, whose Telnet option does not end", self.name)
+            _LOG.info("%s: client disconnected after an unterminated Telnet option", self.name)
             self.hang_up()
         return data
 

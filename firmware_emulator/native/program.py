@@ -131,7 +131,7 @@ class Program:
         status = self._process.wait()
         said = self._messages()
         how = f"was killed by {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
-        return FirmwareProgramError(f"{self.path.name} {how}: {said or 'it said nothing'}")
+        return FirmwareProgramError(f"{self.path.name} {how}: {said or 'no output'}")
 
     def _hanging(self) -> FirmwareProgramError:
         self._process.send_signal(signal.SIGUSR1)
@@ -143,7 +143,7 @@ class Program:
         said = self._messages()
         self.close()
         return FirmwareProgramError(
-            f"{self.path.name} has not answered for {RESPONSE_TIMEOUT_S:g} s: {said or 'it does not say why'}. "
+            f"{self.path.name} has not answered for {RESPONSE_TIMEOUT_S:g} s: {said or 'no output'}. "
             "A loop on the chip would starve its watchdog; let it wait with vTaskDelay(1)."
         )
 

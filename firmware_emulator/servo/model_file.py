@@ -210,7 +210,7 @@ def build_model(content: Mapping[str, Any], place: Path) -> ServoModel:
         )
         _check(model)
     except KeyError as error:
-        raise ValueError(f"{place}: {error} is missing, or no name that is known") from error
+        raise ValueError(f"{place}: {error} is missing or unknown") from error
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
         raise ValueError(f"{place}: {error}") from error
     return model
@@ -243,7 +243,7 @@ def _check(model: ServoModel) -> None:
     if missing := sorted(NEEDED - model.places.keys()):
         raise ValueError(f"no register and nothing instead for {', '.join(missing)}")
     if unknown := {*model.power_up, *model.power_up.values()} - model.registers.keys():
-        raise ValueError(f"power_up names no register of it: {', '.join(sorted(unknown))}")
+        raise ValueError(f"power_up names unknown registers: {', '.join(sorted(unknown))}")
     if unknown := set(model.modes) - set(MODES):
         raise ValueError(f"modes are {', '.join(MODES)}, not {', '.join(sorted(unknown))}")
     if not 0.0 < model.span_deg <= 360.0 or model.resolution < 2 or model.byte_order not in ("little", "big"):

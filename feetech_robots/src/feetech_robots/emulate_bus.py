@@ -21,8 +21,8 @@ from hil.cli.output import echo as print_line
 @click.argument("robot", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
 @click.option("--port", help="Serve the servos on this serial port instead, to a physical master.")
-@click.option("--echo", is_flag=True, help="The terminal echoes what it sends, as some adapters do.")
-@click.option("--seed", type=SEED, default=0, show_default=True, help="Of the noise of currents.")
+@click.option("--echo", is_flag=True, help="Echo received bytes, like some adapters.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the current noise.")
 @click.option(
     "--orders",
     is_flag=True,
@@ -34,7 +34,7 @@ def emulate_bus(robot: Path, *, link: Path | None, port: str | None, echo: bool,
     Prints one line `ready PATH` when a client may open PATH.
     """
     if port is not None and (link is not None or echo):
-        raise click.UsageError("--port takes neither --link nor --echo: they are of the terminal that it replaces")
+        raise click.UsageError("--port takes neither --link nor --echo: both belong to the terminal that it replaces")
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
             built = RobotBus.of_file(robot, seed=seed)

@@ -52,7 +52,7 @@ def parse_answer(received: bytes, servo: int, count: int) -> ServoAnswer:
         raise NoAnswerError(f"servo {servo} is silent")
     body = received[2:]
     if len(received) != count + OVERHEAD or received[:2] != b"\xff\xff" or body[:2] != bytes((servo, count + 2)):
-        raise DamagedAnswerError(f"servo {servo}: {received.hex(' ')} is no answer of it with {count} registers")
+        raise DamagedAnswerError(f"servo {servo}: {received.hex(' ')} is not an answer with {count} registers")
     if ~sum(body[:-1]) & 0xFF != body[-1]:
         raise DamagedAnswerError(f"servo {servo}: the checksum of {received.hex(' ')} is wrong")
     return ServoAnswer(body[2], body[3:-1])

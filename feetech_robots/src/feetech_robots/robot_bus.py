@@ -182,6 +182,6 @@ def obey(robot: RobotBus, line: str) -> str:
     word, *rest = line.split() or [""]
     if word not in ORDERS or len(rest) != len(ORDERS[word][0].split()):
         known = "; ".join(f"{word} {rest}".strip() for word, (rest, _) in ORDERS.items())
-        raise ValueError(f"{line.strip()!r} is no order; orders are: {known}")
+        raise ValueError(f"{line.strip()!r} is not an order; orders are: {known}")
     answer = ORDERS[word][1](robot, *rest)
     return "done" if answer is None else str(answer)

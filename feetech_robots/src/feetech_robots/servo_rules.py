@@ -81,7 +81,7 @@ def _heat(one: Surveyed) -> Iterator[Found]:
         verdict = Verdict.LOOK
     else:
         return
-    yield verdict, f"{one.temperature_c} °C; it lets go above {one.max_temperature_c} °C", STATUS[0x04][1]
+    yield verdict, f"{one.temperature_c} °C; its torque switches off above {one.max_temperature_c} °C", STATUS[0x04][1]
 
 
 def _limits(one: Surveyed) -> Iterator[Found]:
@@ -105,7 +105,7 @@ def _offset(one: Surveyed) -> Iterator[Found]:
     if one.offset_word >> (bit + 1):
         yield (
             Verdict.WRONG,
-            f"its offset register holds 0x{one.offset_word:04X}, which is no number with its sign in bit {bit}",
+            f"its offset register holds 0x{one.offset_word:04X}, which is not a number with its sign in bit {bit}",
             "a driver wrote a two's complement; write the offset again as magnitude and sign",
         )
     elif abs(one.offset_counts) == (1 << bit) - 1:
@@ -250,7 +250,7 @@ def small_move(bus: FeetechBus, one: Surveyed, counts: int, wait: Callable[[floa
     there = start + counts if start + counts <= high else start - counts
     if one.status or one.mode or not (low <= start <= high and low <= there):
         return Examined(
-            name, Verdict.LOOK, "it was not moved: status, mode or angle limits speak against it",
+            name, Verdict.LOOK, "it was not moved, because of its status, mode or angle limits",
             "put that right first", subject=Subject.HAND,
         )  # fmt: skip
     places: dict[int, list[int]] = {there: [], start: []}

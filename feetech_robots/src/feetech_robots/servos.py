@@ -51,7 +51,7 @@ class Ids(click.ParamType):  # type: ignore[type-arg]  # generic only from Click
                 first, _, last = part.partition("-")
                 ids += range(int(first), int(last or first) + 1)
         except ValueError:
-            self.fail(f"{value!r} is no list of IDs such as 1-6 or 1,3,5", param, ctx)
+            self.fail(f"{value!r} is not a list of IDs such as 1-6 or 1,3,5", param, ctx)
         if not ids or not all(0 <= servo <= LARGEST_ID for servo in ids):
             self.fail(f"IDs are 0 to {LARGEST_ID}", param, ctx)
         return tuple(ids)
