@@ -1,4 +1,4 @@
-"""Options of a pytest plugin in projects that may have options of the same names, which then stay the project's."""
+"""Options of a pytest plugin that yield to the project's own options of equal name."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ import pytest
 
 @dataclass(frozen=True)
 class PluginOptions:
-    """Options of one plugin; each is `--NAME`, unless the project has that option itself, and always `--aero-NAME`."""
+    """Options of one plugin: always `--aero-NAME`, and `--NAME` unless the project defines that option."""
 
     group: str
-    """Name of the group in the help of pytest."""
+    """Name of the option group in pytest's help."""
     title: str
     options: Mapping[str, Mapping[str, Any]]
-    """Name to what `addoption` takes. `bus-driver` is `config.option.aero_bus_driver`."""
+    """Arguments of `addoption` by name; `bus-driver` becomes `config.option.aero_bus_driver`."""
     taken: pytest.StashKey[list[str]]
-    """Key of the names that the project has itself."""
+    """Stash key of the names defined by the project."""
 
     def add(self, parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
-        """Add the long names, and the short ones where the project's conftest files are known."""
+        """Add the long names, and the short ones if the project's conftest files are already loaded."""
         group = parser.getgroup(self.group, self.title)
         for name, settings in self.options.items():
             group.addoption(f"--aero-{name}", dest=_dest(name), **{**settings, "help": SUPPRESS})
-        # Named in a conftest's `pytest_plugins`, a plugin comes after the conftest's own options and after the hook
-        # that calls `add_short_names`.
+        # A plugin named in a conftest's `pytest_plugins` is registered after the conftest's own options and after the
+        # hook that calls `add_short_names`.
         files = (Path(getattr(plugin, "__file__", None) or "") for plugin in pluginmanager.get_plugins())
         if any(file.name == "conftest.py" for file in files):
             config = pluginmanager.get_plugin("pytestconfig")
@@ -37,7 +37,7 @@ class PluginOptions:
             self.add_short_names(parser, config)
 
     def add_short_names(self, parser: pytest.Parser, config: pytest.Config) -> None:
-        """Add each short name that the project has not, once; after its conftest files are loaded."""
+        """Add, once, each short name not defined by the project; call after its conftest files are loaded."""
         if self.taken in config.stash:
             return
         config.stash[self.taken] = [name for name in self.options if _is_known(parser, f"--{name}")]
@@ -46,7 +46,7 @@ class PluginOptions:
                 parser.getgroup(self.group).addoption(f"--{name}", dest=_dest(name), **settings)
 
     def header(self, config: pytest.Config) -> list[str]:
-        """Return a line that says which names are the project's; none where all are ours."""
+        """Return a line naming the options defined by the project; empty without any."""
         if not (taken := config.stash.get(self.taken, [])):
             return []
         theirs, ours = (", ".join(f"{dashes}{name}" for name in taken) for dashes in ("--", "--aero-"))

@@ -1,4 +1,4 @@
-"""Requests and replies over a transport: one at a time, bounded in time, robust against what a serial link does."""
+"""Exchange of requests and replies over a transport: serialised, with time-outs, robust against serial link faults."""
 
 from __future__ import annotations
 
@@ -31,41 +31,41 @@ _SETTLE_LIMIT_S = 1.0
 _DRAIN_BYTES = 4096
 _TEXT_KEPT = 4096
 _SEARCHES = 2
-"""Searches for the frame start: a reply from before the first one can mislead it."""
+"""Number of searches for the frame start; a reply from before the first one can mislead it."""
 REPLY_TIMEOUT_S = 0.1
-"""Time for one reply, s, before it is looked whether it is late or lost; a healthy board needs 1..10 ms."""
+"""Time-out of one reply, s, before a probe for a late or lost reply; a healthy board needs 1..10 ms."""
 PATIENCE_S = 1.0
-"""Time for a request that may be repeated, s: a busy machine may be late by 0.9 s, and a late reply is not lost. A
-query of a link that has just answered gets `LATE_S`, unless the program needs to know earlier."""
+"""Time-out of a repeatable request, s; a busy computer may delay a reply by 0.9 s. A query after a successful exchange
+gets `LATE_S`, unless `longest_s` is shorter."""
 AGAIN = 1.5
-"""Time from one query of a kind to the next while a link is silent, time-outs: what answers late is not flooded."""
+"""Interval of repeated probes on a silent link, in time-outs, so that a slow link is not flooded."""
 TOGETHER_S = 0.04
-"""Time in which the replies to requests that were sent together come, s; three take 34 ms at 9600 baud."""
+"""Time-out of replies to requests sent together, s; three take 34 ms at 9600 baud."""
 
 TELNET = (b"\xfb", b"\xfc", b"\xfd", b"\xfe")
-"""What follows the byte 255 where a Telnet server negotiates: WILL, WONT, DO and DONT."""
+"""Telnet commands WILL, WONT, DO and DONT, which follow byte 255 in a negotiation."""
 
 
 class Answer(NamedTuple):
-    """A reply, and the exchange that brought it."""
+    """Reply with the time of its request."""
 
     reply: Reply
     asked: float
-    """When its request was about to go out, clock s; the board made the reply later."""
+    """Time just before the request was sent, clock s; the reply's values are newer."""
 
 
 class HostLink:
-    """Exchanges frames with a board.
+    """Frame exchange with a board.
 
-    The lock covers one exchange, from dropping stale input to the reply, or one command that has no reply. Threads may
-    share a link; what two of them do in between exchanges is theirs to order. What may be sent when is a table,
-    `aero.link_state`.
+    The lock covers one exchange, from dropping stale input to the reply, or one command without a reply. Threads may
+    share a link; they must order their own sequences of exchanges. The table in `aero.link_state` defines the content
+    allowed in each state.
     """
 
     def __init__(self, transport: Transport, clock: Clock, longest_s: float = LATE_S) -> None:
-        """Wrap an open transport; a reading lasts at most `longest_s` (s), 1 s after one that failed."""
+        """Wrap an open transport; `longest_s` (s) is the time-out of a reading, 1 s after a failed one."""
         self.name = transport.name
-        """What a person calls this link."""
+        """Display name of the link."""
         self._longest_s = longest_s
         self._alive = False
         self._transport = transport
@@ -77,24 +77,24 @@ class HostLink:
         self._stray = b""
         self._ahead = bytearray()
         self.silent_from: float | None = None
-        """When the first of the requests was sent that the board leaves unanswered, clock s; None while it answers."""
+        """Send time of the first unanswered request, clock s; None while the board answers."""
         self.read_from = clock.now()
-        """When the last reading was asked for, clock s."""
+        """Request time of the last reading, clock s."""
         self.settings: dict[tuple[Opcode, Channel], int] = {}
-        """Speed and torque limits that were set since the board started."""
+        """Speed and torque limits set since the board started."""
         self.restarts = 0
-        """How often boot text has been seen."""
+        """Number of board starts detected by boot text."""
         self.disturbances = 0
-        """Exchanges that did not go as they should, and starts of the board."""
+        """Number of failed exchanges and of board starts."""
 
     @property
     def boot_text(self) -> str:
-        """The last 4096 characters that the board printed at its starts; empty if it has not started meanwhile."""
+        """Last 4096 bytes of boot text; empty without a start of the board."""
         return self._text.decode("utf-8", errors="replace")
 
     @property
     def holds_back(self) -> bool:
-        """Whether the replies to the present call may be held back: nothing has come, or the link is known for it."""
+        """True if the link may be delaying replies to the current call: no byte received, or a link under rule 5."""
         return not self._stray and (not self._alive or self._overdue.one_at_a_time)
 
     def send(self, frame: bytes, content: Content = Content.FRAME) -> None:
@@ -102,33 +102,32 @@ class HostLink:
 
         Args:
             frame: what to send.
-            content: `HARMLESS_FRAME` for one that may be sent to a board that is out of step.
+            content: `HARMLESS_FRAME` for a frame that is allowed while the board may be out of step.
 
         Raises:
-            ConnectionError: the link is gone.
+            ConnectionError: the link is lost.
             DesyncError: the board may be out of step; `resynchronise` has to succeed first.
         """
         with self._lock:
             self._write(frame, content)
 
     def ask(self, frame: bytes, once_s: float | None = None) -> Answer:
-        """Send a request and return its reply, which is never that of an earlier request.
+        """Send a request and return its reply, never the reply to an earlier request.
 
-        A reply that is late is waited for, and one that is lost or disturbed is asked for again, for `PATIENCE_S`; for
-        `LATE_S` where a reading meets silence after an exchange that went well. Whether it is late or lost shows in a
-        query of another kind, sent after `REPLY_TIMEOUT_S`, because replies come in the order of their requests,
-        `aero.overdue`. Where a reply may be an older one that others have overtaken, the
-        request is made twice, with a query of another kind behind it: two equal replies are taken, and two other ones
-        if that to the query comes right behind them.
+        A late reply is waited for, and a lost or corrupted one is requested again, for up to `PATIENCE_S`; for up to
+        `longest_s` if a reading gets no byte after a successful exchange. A probe with another opcode, sent after
+        `REPLY_TIMEOUT_S`, distinguishes late from lost, because replies arrive in order (`aero.overdue`). If an older
+        reply may be reordered, the request is sent twice with a probe behind it. Two equal replies are accepted;
+        different ones only if the reply to the probe follows directly.
 
         Args:
             frame: the request.
-            once_s: time for the reply to a request that must not be carried out again, s; it is sent once.
+            once_s: time-out, s, of a request that must not be executed twice, which is sent once; None allows retries.
 
         Raises:
-            ConnectionError: the link is gone.
-            LinkTimeoutError: nothing came.
-            DesyncError: something came, but no reply; or the board may be out of step, as with `send`.
+            ConnectionError: the link is lost.
+            LinkTimeoutError: no byte received.
+            DesyncError: bytes without a valid reply; or the board may be out of step, as in `send`.
         """
         opcode = Opcode(frame[0])
         with self._lock:
@@ -156,8 +155,8 @@ class HostLink:
                     reply = self._next_late(opcode, timeout_s, deadline)
                     replies += [] if reply is None or reply.opcode != opcode else [reply]
                 equal = len(replies) == len(asked) and len({*replies}) == 1
-                # Two late ones that differ are not taken: of 50,000 calls with replies up to 3 s late, one was wrong.
-                # A single reply in time is its own: no other request of its kind waits, see `_outlast`.
+                # Two late replies that differ are rejected: accepting them gave 1 wrong of 50,000 calls with delays up
+                # to 3 s. A single reply in time is genuine: `_outlast` leaves no other request of its opcode pending.
                 if equal or (fence and in_time and self._comes_next(fence, Deadline(self._clock, together).remaining)):
                     return Answer(replies[-1], asked[0])
                 self.disturbances += 1
@@ -168,18 +167,17 @@ class HostLink:
             raise self._no_reply(opcode, within_s)
 
     def resynchronise(self) -> int:
-        """Bring a board that holds 1..15 stray bytes back into step and return how many it held.
+        """Resynchronise a board with 1..15 stray bytes in its buffer and return their number.
 
-        The board takes sixteen bytes at a time and never looks for a frame's start. Fifteen zeros complete the frame
-        that the stray bytes began; whatever opcode it got is carried out, with zeros for the rest of its payload.
-        From then on only zeros and queries' opcodes are in the board, so nothing else can be: a query, then one more
-        zero for every query that goes unanswered, finds the frame start after at most sixteen. A reply that is late
-        belongs to an earlier one of them, so what it seems to say is confirmed by one query more. Until a search has
-        succeeded, nothing else may be sent.
+        The board reads sixteen bytes at a time and never searches for a frame start. Fifteen zeros complete the frame
+        begun by the stray bytes, which the board executes with a zero-padded payload. Afterwards its buffer has only
+        zeros and opcodes of queries. Queries, with one more zero after each unanswered one, find the frame start after
+        at most sixteen. A late reply may belong to an earlier query, so a further query confirms the position. Until a
+        search has succeeded, all other content is refused.
 
         Raises:
-            ConnectionError: the link is gone.
-            LinkTimeoutError: the board answered at no position; it is busy (homing), off, or no hand.
+            ConnectionError: the link is lost.
+            LinkTimeoutError: no reply at any position: the board is homing, off, or not a hand.
         """
         with self._lock:
             self._drop_stale_input(_QUIET_S)
@@ -193,7 +191,7 @@ class HostLink:
                     self._request(make_query(query), Content.SEARCH)
                     reply = self._take(REPLY_TIMEOUT_S)
                     if reply is not None and any(reply.opcode == query for query, _ in tried):
-                        break  # else it is that to a request from before the search
+                        break  # any other reply is to a request from before the search
                     padding += self._pad(1)
                 reply = reply or self._take(PATIENCE_S)
                 if reply is None:
@@ -207,7 +205,7 @@ class HostLink:
                         stray = -padding % FRAME_SIZE
                         _LOG.info("%s: back in step; the board held %d stray bytes", self.name, stray)
                         return stray
-            self._pad(-padding % FRAME_SIZE)  # whole frames in all: a board that was in step and mute stays in step
+            self._pad(-padding % FRAME_SIZE)  # whole frames in total, so that a silent board in step stays in step
             raise LinkTimeoutError(
                 f"{self.name}: the board answers at none of the {FRAME_SIZE} possible frame starts. It may be homing "
                 "(wait up to a minute and try again), without power, or this is not the hand's port. Nothing else "
@@ -215,12 +213,12 @@ class HostLink:
             )
 
     def _answers_now(self) -> bool:
-        """Return whether the board answers a query that it is sent now, and not only earlier ones late."""
+        """Return whether the board answers a new query, not only earlier ones late."""
         old = {query: self._overdue.count(query, self._clock.now() - LATE_S) for query in READINGS}
         query = min((Opcode.GET_TEMP, Opcode.GET_VEL, Opcode.GET_CURR), key=lambda query: old[query])
         unsettled = 1 + old[query]
         if unsettled > FRAME_SIZE:
-            return False  # too many may still be answered; each search adds as many
+            return False  # too many pending queries; each search adds as many
         for _ in range(unsettled):
             self._request(make_query(query), Content.SEARCH)
         while unsettled and (reply := self._take(PATIENCE_S)) is not None:
@@ -228,16 +226,16 @@ class HostLink:
         return not unsettled
 
     def close(self) -> None:
-        """Give the transport back; a second call does nothing."""
+        """Release the transport; a second call does nothing."""
         self._transport.close()
 
     def _pad(self, count: int) -> int:
-        """Write zeros and return how many."""
+        """Write `count` zeros and return `count`."""
         self._write(PADDING * count, Content.SEARCH)
         return count
 
     def _require(self, content: Content) -> None:
-        """Raise `DesyncError` unless it may be sent now."""
+        """Raise `DesyncError` unless `content` is allowed in the current state."""
         if content not in MAY_LEAVE[self._state]:
             raise DesyncError(
                 f"{self.name}: {REASON[self._state]}. Nothing was sent. Call resynchronise() until it succeeds, before "
@@ -246,17 +244,17 @@ class HostLink:
 
     def _write(self, data: bytes, content: Content) -> None:
         self._require(content)
-        # Until the write has returned, whatever interrupts it: Ctrl-C, a signal's exception, a link that is gone.
+        # The state stays CUT if anything interrupts the write: Ctrl-C, a signal's exception, a lost link.
         before, self._state = self._state, AFTER[self._state, LinkEvent.WRITE_BEGINS]
         self._transport.write(data)
         self._state = before
 
     def _request(self, frame: bytes, content: Content = Content.FRAME) -> float:
-        """Send a request and return when that was, clock s."""
+        """Send a request and return its send time, clock s."""
         asked = self._clock.now()
         self._require(content)
-        # First, because an interrupt may come after the write: a reply that nobody waits for would be taken for a later
-        # one. A request that was not sent costs a little patience.
+        # Recorded before the write, because an interrupt may follow the write: an unrecorded reply would be matched to
+        # a later request. A recorded request that was not sent only costs some waiting.
         self._overdue.sent(Opcode(frame[0]), asked)
         self._write(frame, content)
         if self.silent_from is None:
@@ -264,7 +262,7 @@ class HostLink:
         return asked
 
     def _outlast(self, opcode: Opcode, timeout_s: float, deadline: _Patience) -> bool:
-        """Return whether no reply to an earlier `opcode` can come any more; with one request at a time, to any."""
+        """Wait until no earlier request of `opcode` (under rule 5: any request) is pending; False at the deadline."""
         while opcode in self._overdue or self._overdue.wait_until(opcode, self._clock.now()) is not None:
             if deadline.expired:
                 return False
@@ -272,20 +270,20 @@ class HostLink:
         return True
 
     def _answer(self, opcode: Opcode, deadline: Deadline) -> Reply | None:
-        """Return the reply to the last request, which older ones may precede; None when it does not come in time."""
+        """Return the reply to the last request, skipping older replies; None at the deadline."""
         while True:
             reply = self._take(deadline.remaining)
             if reply is None or reply.opcode == opcode:
                 return reply
 
     def _comes_next(self, opcode: Opcode, timeout_s: float) -> bool:
-        """Return whether the next reply is to an `opcode`, with nothing before it that was not asked for."""
+        """Return whether the next reply is to `opcode`, without stray bytes before it."""
         self._stray = b""
         reply = self._take(timeout_s)
         return reply is not None and reply.opcode == opcode and not self._stray
 
     def _next_late(self, opcode: Opcode, timeout_s: float, deadline: _Patience) -> Reply | None:
-        """Return the next of the late replies, or that to a query of another kind than `opcode`."""
+        """Return the next late reply, or the reply to a probe other than `opcode`; None without one."""
         if self._stray:
             self._drop_stale_input(_QUIET_S)
         if (until := self._overdue.wait_until(opcode, self._clock.now())) is not None:
@@ -297,7 +295,7 @@ class HostLink:
         return self._take(min(again.remaining, deadline.remaining))
 
     def _take(self, timeout_s: float) -> Reply | None:
-        """Return the next reply that can come, None when it does not, or comes with surplus bytes."""
+        """Return the next pending reply; None if none arrives in time or surplus bytes follow."""
         scanner = ReplyScanner(*self._overdue.opcodes)
         deadline = Deadline.after(self._clock, timeout_s)
         reply = None
@@ -311,12 +309,12 @@ class HostLink:
         self._ahead += self._transport.read(_DRAIN_BYTES, 0.0)
         if not self._ahead or self._overdue.may_start(bytes(self._ahead)):
             return reply
-        # One byte too many, and no saying which: all after it stand in the wrong place.
+        # A surplus byte at an unknown position, so the bytes after it are misaligned.
         self._drop_stale_input(_QUIET_S)
         return None
 
     def _read(self, size: int, timeout_s: float) -> bytes:
-        """Read what has been read ahead, then from the transport."""
+        """Read from the read-ahead buffer, or from the transport if it is empty."""
         if not self._ahead:
             return self._transport.read(size, timeout_s)
         data = bytes(self._ahead[:size])
@@ -324,7 +322,7 @@ class HostLink:
         return data
 
     def _drop_stale_input(self, quiet_s: float = 0.0) -> None:
-        """Read away what lies there, and what comes before it has been quiet for a while."""
+        """Drop received bytes until the link has been quiet for `quiet_s`."""
         limit = self._clock.now() + _SETTLE_LIMIT_S
         self._note(bytes(self._ahead))
         self._ahead.clear()
@@ -342,7 +340,7 @@ class HostLink:
         self._stray += stray
         self._overdue.unasked(stray, self._clock.now())
         if holds_boot_text(stray):
-            self.settings = {}  # first: an interrupt in between must not leave limits that the board has lost
+            self.settings = {}  # first, so that an interrupt cannot leave limits that the board has lost
             self.restarts += 1
             self.disturbances += 1
             self._text += stray
@@ -379,7 +377,7 @@ class HostLink:
 
 
 class _Patience:
-    """Deadline of one call: longer while the link says nothing, or is known to hold replies back."""
+    """Deadline of one call, extended while the link is silent or delays replies."""
 
     def __init__(self, link: HostLink, within_s: float, longest_s: float) -> None:
         self._link = link
@@ -394,5 +392,5 @@ class _Patience:
 
     @property
     def expired(self) -> bool:
-        """Whether no time is left."""
+        """True once no time is left."""
         return self.remaining == 0.0

@@ -1,29 +1,29 @@
-"""Which requests may still be answered, so that no reply is taken for that to another request.
+"""Bookkeeping of unanswered requests, so that a reply is matched to its own request.
 
 Theory of operation
 ===================
 
-A reply carries an opcode and no number, so two requests of one kind cannot be told by their replies. Five rules make
-up for it.
+A reply carries an opcode but no sequence number, so replies to two requests with one opcode look alike. Five rules
+resolve the ambiguity.
 
-Rule 1: replies come in the order of their requests. A reply settles every older request: it was answered before, or
-never will be. So a request of a kind for which none is waiting has a reply that is certainly its own.
+Rule 1: replies arrive in the order of their requests. A reply settles every older request, as answered or lost. If no
+other request with its opcode is pending, a reply belongs to its request for certain.
 
-Rule 2: a reply of a kind for which several requests wait belongs to the oldest of them. That may be wrong, but errs on
-the safe side: too many requests are taken to be waiting, never too few.
+Rule 2: with several pending requests of one opcode, a reply counts for the oldest. This assumption is conservative: it
+may leave too many requests pending, never too few.
 
-Rule 3: what a link is silent about is found out with queries of one kind, `probe`. Its first reply already settles
-what was asked before the first of them, so a link that is well again is found with one probe, or two.
+Rule 3: after silence, queries of one other opcode (`probe`) show whether earlier requests are lost. The first reply
+settles all requests before the first probe, so a recovered link needs one probe or two.
 
-Rule 4: a link that lets replies overtake each other breaks rule 1. For `LATE_S` after a request whose turn has passed,
-a reply of its kind may be that old one; then the request is made twice and the replies are compared.
+Rule 4: a link that reorders replies violates rule 1. For `LATE_S` after a request that was settled without a reply, a
+reply with its opcode may be the old one; the request is then sent twice and the replies are compared.
 
-Rule 5: some links get one request at a time: one that held a reply for more than `HELD_S` and has lost nothing since,
-and one that ever let a reply overtake another. Then nothing can overtake, and no probe can be held. Other links are
-probed at once (rule 3), such a link only after `LATE_S`.
+Rule 5: some links get one request at a time: a link that delayed a reply by more than `HELD_S` and has lost none since,
+and a link that has ever reordered replies. One request cannot be reordered, and no probe can be delayed behind it.
+Other links are probed at once (rule 3), such a link only after `LATE_S`.
 
-A restart of the board changes nothing of this. What it drops will never be answered, and what is asked after it must
-not be forgotten because its boot text comes late.
+A restart of the board does not clear the pending requests. Dropped requests remain unanswered, and requests sent after
+the restart must not be cleared by late boot text.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from math import inf
 from aero.protocol import FILLER, FRAME_SIZE, READINGS, Opcode
 
 HELD_BACK_S = 10.0
-"""Longest time for which a link is taken to hold replies back in their order, s; a request that is older is lost."""
+"""Longest assumed delay of a reply in its order, s; older requests count as lost."""
 LATE_S = 3.3
-"""Longest time from a request to its reply, s, up to which replies are not confused: 3 s promised, 0.3 s margin."""
+"""Longest delay of a reply, s, up to which replies are never confused: 3 s promised, 0.3 s margin."""
 HELD_S = 1.0
-"""Age of a reply, s; above it the link is known to hold replies back. A busy machine is late by 0.9 s."""
+"""Threshold of a reply's delay, s; above it the link counts as delaying. A busy computer is up to 0.9 s late."""
 ROUNDING_S = 1e-9
 """Tolerance for comparing sums of waiting times, s."""
 
@@ -49,45 +49,45 @@ class Overdue:
     def __init__(self) -> None:
         self._waiting: deque[tuple[Opcode, float]] = deque()
         self._passed: dict[Opcode, float] = {}
-        """When the last request of a kind was sent whose turn has passed, s."""
+        """Send time of the last request settled without a reply, by opcode, s."""
         self._slow = False
         self._overtakes = False
 
     def __contains__(self, opcode: Opcode) -> bool:
-        """Whether a reply to an `opcode` may still come in its turn."""
+        """Return whether a request with `opcode` is pending."""
         return opcode in [waiting for waiting, _ in self._waiting]
 
     def __bool__(self) -> bool:
-        """Whether any reply may still come."""
+        """Return whether any request is pending."""
         return bool(self._waiting)
 
     @property
     def opcodes(self) -> tuple[Opcode, ...]:
-        """What they asked for."""
+        """Opcodes of the pending requests, oldest first."""
         return tuple([opcode for opcode, _ in self._waiting])
 
     @property
     def one_at_a_time(self) -> bool:
-        """Whether the link holds replies back or lets them overtake (rule 5)."""
+        """True for a link that delays or reorders replies (rule 5)."""
         return self._slow or self._overtakes
 
     @property
     def latest(self) -> float:
-        """When the last of them was sent, s; long ago if there is none."""
+        """Send time of the newest pending request, s; -inf without one."""
         return self._waiting[-1][1] if self._waiting else -inf
 
     def count(self, opcode: Opcode, since: float) -> int:
-        """Return how many `opcode` wait that were sent after a time (s)."""
+        """Return the number of pending requests with `opcode` sent since a time (s)."""
         return sum(waiting is opcode and t >= since for waiting, t in self._waiting)
 
     def sent(self, opcode: Opcode, t: float) -> None:
-        """Take a request sent at `t` (s)."""
+        """Record a request sent at `t` (s)."""
         while self._waiting and self._waiting[0][1] < t - HELD_BACK_S:
             self._waiting.popleft()
         self._waiting.append((opcode, t))
 
     def answered(self, opcode: Opcode, t: float) -> None:
-        """Take a reply at `t` (s): what was asked before it has been answered, or never will be."""
+        """Record a reply at `t` (s), which settles all older requests."""
         if opcode not in self:
             return
         held = self._waiting[0][0] is opcode and t - max(asked for waiting, asked in self._waiting if waiting is opcode)
@@ -97,13 +97,13 @@ class Overdue:
         self._slow |= held > HELD_S
 
     def unasked(self, data: bytes, t: float) -> None:
-        """Take bytes at `t` (s) that no request waits for: they may be replies that others have overtaken."""
+        """Check unsolicited bytes at `t` (s) for reordered replies."""
         for at in range(0, len(data) - FRAME_SIZE + 1, FRAME_SIZE):
             old = [query for query in self._passed if data[at : at + 2] == bytes((query, FILLER))]
             self._overtakes |= any(self.may_be_older(query, t) for query in old)
 
     def settle(self, before: float) -> None:
-        """Take it that what was sent before a time (s) has been answered, or never will be."""
+        """Settle all requests sent before a time (s)."""
         while self._waiting and self._waiting[0][1] < before:
             self._pass()
 
@@ -113,22 +113,22 @@ class Overdue:
         self._slow = False
 
     def may_be_older(self, opcode: Opcode, t: float) -> bool:
-        """Return whether a reply at `t` (s) may be that to a request whose turn has passed."""
+        """Return whether a reply at `t` (s) may belong to a request already settled (rule 4)."""
         return t - self._passed.get(opcode, -inf) < LATE_S - ROUNDING_S
 
     def wait_until(self, opcode: Opcode, t: float) -> float | None:
-        """Return the end of the time of mere waiting (rule 5), s; None if a request may go out at `t`."""
+        """Return the time, s, until which no request may be sent (rule 5); None if one may be sent at `t`."""
         if not self.one_at_a_time:
             return None
         until = LATE_S + max(self._waiting[0][1] if self._waiting else -inf, self._passed.get(opcode, -inf))
         return until if t < until - ROUNDING_S else None
 
     def may_start(self, data: bytes) -> bool:
-        """Return whether bytes can be the beginning of one of these replies."""
+        """Return whether `data` can be the start of a pending reply."""
         return any(bytes((opcode, FILLER)).startswith(data[:2]) for opcode, _ in self._waiting)
 
     def probe(self, wanted: Opcode) -> Opcode:
-        """Return the query of another kind whose reply settles most of what is waiting, and can least be an old one."""
+        """Return the query other than `wanted` that settles most pending requests and is least likely an old reply."""
         oldest = {opcode: -place for place, opcode in enumerate(reversed(self.opcodes))}
         return max(
             (query for query in READINGS if query is not wanted),

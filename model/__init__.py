@@ -1,4 +1,4 @@
-"""The hand as a MuJoCo model: geometry as data, the routed hand and the built hand."""
+"""MuJoCo models of the hand: geometry as data, the routed hand and the built hand."""
 
 from model.built import build_built
 from model.parameters import BuiltHandParameters

@@ -1,4 +1,4 @@
-"""What a hand looks like: bones, joint pins and pads on its links, colours of its cables. No mass, no contacts.
+"""Appearance of a hand: bones, joint pins and pads on its links, colours of its cables. No mass, no contacts.
 
 The colours follow the figure of the tendon model in the paper: cables red, couplings blue, springs yellow and cyan,
 pulleys green, pads half transparent so that the transmission shows.
@@ -32,13 +32,13 @@ SHELL_GROUP = 2
 CABLE_WIDTH = 0.0007
 """Drawn radius of a cable, m."""
 BONE_RADIUS = 0.0024
-"""m"""
+"""Drawn radius of a bone, m."""
 PIN_SIZE = (0.0034, 0.0062)
 """Radius and half length of a drawn joint pin, m."""
 
 
 def dress(body: mujoco.MjsBody, link: Link) -> None:
-    """Add to a link's body what is drawn of it."""
+    """Add the visual geoms of a link to its body."""
     for box in link.boxes:
         colour = PAD_RGBA if link.hinge else PALM_RGBA
         _draw(body, mujoco.mjtGeom.mjGEOM_BOX, colour, size=box.half, pos=box.pos, quat=box.quat)

@@ -1,4 +1,4 @@
-"""The built hand: joints and links of the mechanism, pulled by one-way cables that spools wind in.
+"""Built hand: joints and links of the mechanism, pulled by one-way cables on spools.
 
 Each cable is a fixed tendon of length sum(c q) - r theta with a one-sided limit at minus its take-up: at the limit
 the constraint force is the cable's tension, above it the cable is slack. Abduction has no spool; its shaft is the
@@ -21,9 +21,9 @@ from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, buil
 from model.softness import constraint
 
 NEVER = 1.0
-"""Upper limit of the cables' length, m; out of reach."""
+"""Upper limit of the cables' length, m; never reached."""
 COUPLING_COMPLIANCE = 0.002
-"""Give of the PIP-DIP and thumb MCP-IP couplings, rad/(N m)."""
+"""Compliance of the PIP-DIP and thumb MCP-IP couplings, rad/(N m)."""
 SPOOL_ROW = (
     Channel.PINKY,
     Channel.RING,
@@ -32,30 +32,30 @@ SPOOL_ROW = (
     Channel.THUMB_CMC_FLEXION,
     Channel.THUMB_FLEXOR,
 )
-"""Spools as they are drawn behind the palm of a right hand, from +y to -y; the physics does not depend on it."""
+"""Order of the drawn spools behind the palm of a right hand, from +y to -y; without effect on the physics."""
 SPOOL_SPACING = 0.022
-"""m"""
+"""Distance between drawn spools, m."""
 
 
 def shaft_name(channel: Channel) -> str:
-    """Return the name of the joint that is a channel's output shaft."""
+    """Return the joint name of a channel's output shaft."""
     return channel.label if channel is Channel.THUMB_ABDUCTION else f"{channel.label}_spool"
 
 
 def cable_name(channel: Channel) -> str:
-    """Return the name of the tendon that is a cable channel's cable."""
+    """Return the tendon name of a channel's cable."""
     return f"{channel.label}_cable"
 
 
 def build_built(side: Side = "right", parameters: BuiltHandParameters | None = None) -> mujoco.MjSpec:
     """Build the built hand.
 
-    Sixteen joints, six spools, six cables, and seven motors in command order whose control is a torque on the output
+    Sixteen joints, six spools, six cables, and seven motors in command order, controlled by the torque on the output
     shaft, N m, positive closes.
 
     Args:
-        side: which hand.
-        parameters: deviations of this hand; the defaults when left out.
+        side: side of the hand.
+        parameters: parameters of this hand; None for the defaults.
 
     Raises:
         ValueError: `side` is neither `right` nor `left`.
@@ -74,7 +74,7 @@ def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.gravity = STANDARD_GRAVITY * np.array(unit.down)
     if unit.gravity != STANDARD_GRAVITY:
-        # The hand's alone: what lies in a hand without weight falls all the same.
+        # Compensate the hand's own weight only; an object in the hand keeps its weight.
         for body in spec.bodies[1:]:
             body.gravcomp = 1.0 - unit.gravity / STANDARD_GRAVITY
     if not unit.contacts:
@@ -90,7 +90,7 @@ def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
         spec.add_actuator(
             name=channel.label, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=shaft_name(channel)
         ).set_to_motor()
-    # The motor's own voltage is an actuator too, so that a bound on the joint's actuators bounds the winding current.
+    # Back-EMF is an actuator too, so that a bound on the joint's actuators bounds the winding current.
     for channel in Channel:
         spec.add_actuator(
             name=f"{channel.label}_back_emf", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=shaft_name(channel)
@@ -102,7 +102,7 @@ def _joint_dynamics(unit: BuiltHandParameters) -> JointDynamics:
     inertia, damping, friction = (
         np.array(values) for values in (unit.joint_inertia, unit.joint_damping, unit.joint_friction)
     )
-    # The abduction joint carries its servo itself.
+    # The abduction joint is the output shaft of its servo.
     inertia[Joint.THUMB_ABDUCTION] += unit.rotor_inertia[Channel.THUMB_ABDUCTION]
     damping[Joint.THUMB_ABDUCTION] += unit.spool_damping[Channel.THUMB_ABDUCTION]
     friction[Joint.THUMB_ABDUCTION] += unit.spool_friction[Channel.THUMB_ABDUCTION]
@@ -120,14 +120,14 @@ def _joint_dynamics(unit: BuiltHandParameters) -> JointDynamics:
 def _springs(unit: BuiltHandParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the joints' spring rates, N m/rad, and relaxed angles, rad."""
     opened, closed = np.array(unit.spring_open), np.array(unit.spring_closed)
-    # A constant torque is a very soft spring that is very far from relaxed.
+    # A constant torque is modelled as a very soft spring with a very distant relaxed angle.
     stiffness = np.maximum(closed - opened, 1e-6 * np.abs(opened)) / JOINT_BOX_RAD[:, 1]
     relaxed = -np.divide(opened, stiffness, out=np.zeros_like(opened), where=stiffness > 0.0)
     return stiffness, relaxed
 
 
 def _add_thenar_stop(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
-    """Let the metacarpal meet the palm where it does on a physical hand; the boxes of the palm are too coarse."""
+    """Add a contact between metacarpal and palm as on a physical hand; the boxes of the palm are too coarse."""
     solref, solimp = constraint(0.0, 1.0, unit.timestep)
     spec.body("palm").add_geom(
         name="thenar",
@@ -184,7 +184,7 @@ def _add_cable(spec: mujoco.MjSpec, channel: Channel, unit: BuiltHandParameters)
 
 
 def winding(channel: Channel, unit: BuiltHandParameters) -> dict[Joint, float]:
-    """Return one cable's winding radii on this hand, m/rad."""
+    """Return the winding radii of one cable on this hand, m/rad."""
     abduction = dict(zip((Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR), unit.abduction_winding, strict=True))
     return {
         joint: abduction[channel] if joint is Joint.THUMB_ABDUCTION else radius * unit.winding_scale[channel]
@@ -193,13 +193,13 @@ def winding(channel: Channel, unit: BuiltHandParameters) -> dict[Joint, float]:
 
 
 def _soften(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
-    """Set the compliances, which depend on the inertias that only the compiler knows."""
+    """Set the compliances, which depend on inertias computed by the MuJoCo compiler."""
     probe = spec.copy().compile()
     for channel in CABLES:
         tendon = spec.tendon(cable_name(channel))
         inverse_mass = float(probe.tendon_invweight0[probe.tendon(tendon.name).id])
         tendon.solref_limit, tendon.solimp_limit = constraint(unit.cable_compliance, inverse_mass, unit.timestep)
-    # Dry friction holds: MuJoCo's default lets a loaded joint creep by some 20 counts/s.
+    # Stiff friction constraints, because with MuJoCo's default a loaded joint creeps by about 20 counts/s.
     holding = constraint(0.0, 1.0, unit.timestep)
     for name in (*(joint.label for joint in Joint), *map(shaft_name, CABLES)):
         target = spec.joint(name)

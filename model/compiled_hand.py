@@ -1,7 +1,7 @@
-"""A compiled built hand: the laws of its servos, sheaths and cables, which MuJoCo's fields do not hold by themselves.
+"""Compiled built hand: drives, sheath friction and cable tensions, which MuJoCo does not model by itself.
 
-Written once, for the emulated hand (`BuiltHandPlant`) and for the batches of training. The motion lies in MuJoCo's
-data; here is what is behind it: the drives and the friction of the moment, which are fields of the model.
+Shared by the emulated hand (`BuiltHandPlant`) and the batches of training. MuJoCo's data has the motion; this class
+updates fields of the model: the drives and the current friction.
 """
 
 from __future__ import annotations
@@ -20,23 +20,22 @@ Floats = NDArray[np.float64]
 
 SHAFTS = len(Channel)
 UNBOUNDED = 1e6
-"""What stands for no bound on a torque, N m."""
+"""Torque bound that never acts, N m."""
 HOLDS_CLOSED_M = -5e-4
-"""Take-up below which a cable holds its digit partly closed, m: springs give way at about 0.2 mm."""
+"""Threshold of the take-up, m; below it a cable keeps its digit partly closed. Springs yield at about 0.2 mm."""
 UNPOWERED = Drive(powered=False)
 
 
 class CompiledHand:
-    """One built hand, with whatever stands around it, that MuJoCo can step; unpowered at first."""
+    """Built hand with its surroundings, compiled for MuJoCo; initially unpowered."""
 
     def __init__(self, spec: mujoco.MjSpec, parameters: BuiltHandParameters) -> None:
-        """Compile.
+        """Compile `spec`.
 
         Args:
-            spec: from `model.build_built` for the same parameters; more may have been added to it. The tensions of the
-                cables, in the order of `CABLES`, become its last sensors: each is the force of the limit that a taut
-                cable is at.
-            parameters: of the hand.
+            spec: result of `model.build_built` for `parameters`, possibly with objects added. Sensors of the cable
+                tensions (limit forces of the tendons), in the order of `CABLES`, are appended to it.
+            parameters: parameters of the hand.
         """
         sensors = [
             spec.add_sensor(
@@ -47,35 +46,35 @@ class CompiledHand:
             )
             for channel in CABLES
         ]
-        spec.compiler.discardvisual = True  # geoms that nothing touches cost a seventh of a step
+        spec.compiler.discardvisual = True  # visual geoms cost a seventh of a step
         self.parameters = parameters
         self.supply = parameters.supply_ratio
-        """Supply voltage over nominal at present."""
+        """Current supply voltage over nominal."""
         self.model = model = spec.compile()
         joints = [model.joint(joint.label) for joint in Joint]
         shafts = [model.joint(shaft_name(channel)) for channel in Channel]
         cables = list(CABLES)
         self.joint_qpos = np.array([joint.qposadr[0] for joint in joints])
-        """Where the joint angles, (16,), lie among MuJoCo's positions."""
+        """Indices of the joint angles, (16,), into `qpos`."""
         self.joint_dofs = np.array([joint.dofadr[0] for joint in joints])
-        """Where the joint speeds, (16,), lie among MuJoCo's velocities."""
+        """Indices of the joint speeds, (16,), into `qvel`."""
         self.shaft_qpos = np.array([shaft.qposadr[0] for shaft in shafts])
-        """Where the shaft angles, (7,), lie among MuJoCo's positions."""
+        """Indices of the shaft angles, (7,), into `qpos`."""
         self.shaft_dofs = np.array([shaft.dofadr[0] for shaft in shafts])
-        """Where the shaft speeds, (7,), lie among MuJoCo's velocities."""
+        """Indices of the shaft speeds, (7,), into `qvel`."""
         self.has_sheaths = any(parameters.cable_friction[channel] for channel in CABLES)
-        """Whether the friction of the spools depends on the tensions."""
+        """True if the friction of the spools depends on the tensions."""
         self._shaft_joints = np.array([shaft.id for shaft in shafts])
         self._cables = np.array([model.tendon(cable_name(channel)).id for channel in CABLES])
         first = model.sensor(sensors[0].name).adr[0]
         self.tension_sensors = slice(first, first + len(sensors))
-        """Where the tensions of the cables, (6,), lie among MuJoCo's sensors."""
+        """Slice of the cable tensions, (6,), in `sensordata`."""
         spools = self.shaft_dofs[cables]
         assert np.all(np.diff(spools) == 1), "the spools follow one another in the order of `CABLES`"
         self._friction = model.dof_frictionloss[spools[0] : spools[-1] + 1]
         self._spool_friction = self._friction.copy()
         self._sheath_radius = SPOOL_RADIUS * np.array(parameters.cable_friction)[cables]
-        # MuJoCo's own memory, looked up once; each look-up makes an array.
+        # Views of MuJoCo's memory, cached because each attribute access creates an array.
         self._gain, self._bias = model.actuator_gainprm, model.actuator_biasprm
         self._force_range, self._torque_range = model.actuator_forcerange, model.jnt_actfrcrange
         # At the nominal supply; rows: stiffness, torque, damping, limit, current limit.
@@ -87,13 +86,13 @@ class CompiledHand:
             self.drive(shaft, UNPOWERED)
 
     def drive(self, shaft: int, drive: Drive) -> None:
-        """Let a shaft's actuators follow `drive`, all but its setpoint, which is a control of MuJoCo's data."""
+        """Set a shaft's actuators to `drive`, except the setpoint, which is a control in MuJoCo's data."""
         self._nominal[:, shaft] = drive.stiffness, drive.torque, drive.damping, drive.limit, drive.current_limit
         self._bias[SHAFTS + shaft, 2] = -self.parameters.back_emf if drive.powered else 0.0
         self._write(slice(shaft, shaft + 1))
 
     def supply_changed(self, ratio: float) -> None:
-        """Scale all drives to another supply voltage, over nominal."""
+        """Scale all drives to a supply voltage of `ratio` times nominal."""
         self.supply = ratio
         self._write(slice(SHAFTS))
 
@@ -110,26 +109,26 @@ class CompiledHand:
         """Update the friction of sheaths and spools.
 
         Args:
-            tensions: of the cables, (6,), N, in the order of `CABLES`.
-            factors: on the friction of each sheath, (6,).
+            tensions: cable tensions, (6,), N, in the order of `CABLES`.
+            factors: factors on the friction of each sheath, (6,).
         """
         np.add(self._spool_friction, self._sheath_radius * tensions * factors, out=self._friction)
 
     def tensions(self, data: mujoco.MjData) -> Floats:
-        """Return the tensions of the cables, (6,), N, as last solved for, in the order of `CABLES`."""
+        """Return the cable tensions of the last step, (6,), N, in the order of `CABLES`."""
         tensions: Floats = data.sensordata[self.tension_sensors].copy()
         return tensions
 
     def loose(self, data: mujoco.MjData) -> Floats:
-        """Return how much of each cable is loose, (6,), m, as last computed; zero when just taut."""
+        """Return the slack of each cable in the last computed state, (6,), m; negative if stretched."""
         loose: Floats = data.ten_length[self._cables] - self.model.tendon_range[self._cables, 0]
         return loose
 
     def at_rest(self) -> tuple[Floats, Floats]:
-        """Return joint angles, (16,) rad, and shaft angles, (7,) rad, of a hand before it is driven.
+        """Return joint angles, (16,) rad, and shaft angles, (7,) rad, of a hand before its first drive.
 
-        Taut cables are unwound, so that driving them home winds them in. One that is much too short holds its digit
-        partly closed with its shaft at zero, as after a closure: so was the recorded thumb found.
+        Pretensioned cables start unwound; driving the shafts to zero winds them in. A cable shorter than
+        `HOLDS_CLOSED_M` keeps its digit partly closed with its shaft at zero, as on the recorded thumb.
         """
         joints, shafts = np.zeros(len(Joint)), np.zeros(SHAFTS)
         for channel in CABLES:
@@ -143,7 +142,7 @@ class CompiledHand:
         return joints, shafts
 
     def wound(self, joint_angles: Floats) -> Floats:
-        """Return the spools' angles, (6,) rad, at which the cables of a hand at `joint_angles` (16,) are just taut."""
+        """Return the spool angles, (6,) rad, for just taut cables at `joint_angles` (16,), at least zero."""
         data = mujoco.MjData(self.model)
         data.qpos[self.joint_qpos] = joint_angles
         mujoco.mj_fwdPosition(self.model, data)

@@ -1,4 +1,4 @@
-"""The built hand with the cube of the rotation task, for running a policy through the whole chain."""
+"""Built hand with the cube of the rotation task, for running a policy through the whole chain."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from model.plant import BuiltHandPlant
 from model.scene import CUBE, CUBE_START, LOST_HEIGHT_M, SETTLING_S, Cube, add_cube
 
 OUT_OF_REACH = (1.0, 0.0, 0.0)
-"""Where the cube falls freely until it is placed, m."""
+"""Position of the cube until it is placed, m; it falls freely there."""
 GAP_M = 0.0005
-"""Distance from which a cube that is not touched counts as let go, m. A cube that rests on fingers that move is without
-any contact at 1 to 3 % of single instants, with gaps of 0.1 mm in the median; nobody sees those."""
+"""Threshold of the gap between cube and hand, m; above it the cube counts as let go. A cube on moving fingers has no
+contact at 1 to 3 % of instants, with an invisible median gap of 0.1 mm."""
 PLACING_SPREAD_M = 0.002
-"""Standard deviation of where a person puts the cube, along each axis, m."""
+"""Standard deviation of the cube's manual placement along each axis, m."""
 
 
 class CubePlant(BuiltHandPlant):
-    """A built hand and a cube that is out of reach until `place_cube`."""
+    """Built hand with a cube, out of reach until `place_cube`."""
 
     def __init__(
         self,
@@ -35,7 +35,7 @@ class CubePlant(BuiltHandPlant):
         seed: int = 0,
     ) -> None:
         self._cube = cube
-        # A unit may leave contacts out, which a hand that is fitted without an object does not need.
+        # Force contacts on, because a unit fitted without an object may have them off.
         super().__init__(replace(parameters or BuiltHandParameters(), contacts=True), hand, seed=seed)
         joint = self._model.joint("cube")
         self._cube_qpos, self._cube_dof = joint.qposadr[0], joint.dofadr[0]
@@ -43,18 +43,18 @@ class CubePlant(BuiltHandPlant):
         self.place_cube(OUT_OF_REACH)
 
     def place_cube(self, position: ArrayLike, orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0)) -> None:
-        """Put the cube at rest at `position` (3,), m, with `orientation` (4,), unit quaternion w x y z, world frame."""
+        """Place the cube at rest at `position` (3,), m, `orientation` (4,), unit quaternion w x y z; world frame."""
         self._data.qpos[self._cube_qpos : self._cube_qpos + 3] = position
         self._data.qpos[self._cube_qpos + 3 : self._cube_qpos + 7] = orientation
         self._data.qvel[self._cube_dof : self._cube_dof + 6] = 0.0
         self._turned = 0.0
 
     def become(self, parameters: BuiltHandParameters) -> None:
-        """Replace the hand's parameters and keep the state, the cube's too."""
+        """Replace the hand's parameters and keep the state of hand and cube."""
         super().become(replace(parameters, contacts=True))
 
     def advance_to(self, t: float) -> None:
-        """Integrate to exactly `t` (s), as any built hand, and follow how far the cube turns."""
+        """Integrate to exactly `t` (s) and accumulate the cube's rotation."""
         before, spin = self.time, self._spin()
         super().advance_to(t)
         if t > before:
@@ -62,7 +62,7 @@ class CubePlant(BuiltHandPlant):
 
     @property
     def cube_rotation(self) -> float:
-        """Rotation of the cube about the vertical since it was placed, rad, whole turns included."""
+        """Rotation of the cube about the vertical since its placement, rad, unwrapped."""
         return self._turned
 
     def cube_position(self) -> NDArray[np.float64]:
@@ -75,7 +75,7 @@ class CubePlant(BuiltHandPlant):
         return bool((self._data.contact.geom == self._model.geom("cube").id).any())
 
     def cube_clear(self, by_m: float) -> bool:
-        """Return whether no part of the hand is within `by_m` of the cube's surface, m."""
+        """Return whether every part of the hand is at least `by_m` from the cube's surface, m."""
         model, cube = self._model, self._model.geom("cube").id
         solid = np.flatnonzero((model.geom_contype | model.geom_conaffinity) != 0)
         return not any(
@@ -100,31 +100,31 @@ class CubePlant(BuiltHandPlant):
 
 
 class CubeWatch:
-    """Puts the cube into the hand and follows it until it is lost."""
+    """Placement and tracking of a cube until it is lost."""
 
     def __init__(self, plant: CubePlant, seed: int) -> None:
-        """Watch the cube of `plant`; where it is put is drawn from `seed`."""
+        """Track the cube of `plant`; its placement is drawn from `seed`."""
         self._plant = plant
         spread = PLACING_SPREAD_M * np.random.default_rng(seed).standard_normal(3)
         self._position = np.array(CUBE_START) + spread
         self._began = 0.0
         self.alive_s = 0.0
-        """Time until now or until the loss, s."""
+        """Time from the placement to the last sample or the loss, s."""
         self.rotation_rad = 0.0
-        """Rotation about the vertical in that time, rad."""
+        """Rotation about the vertical during `alive_s`, rad."""
         self.lost = False
-        """Whether it has fallen."""
+        """True once the cube has fallen."""
         self._samples = self._untouched = self._let_go = 0
         self.postures: list[NDArray[np.float64]] = []
         """Posture of hand and cube at the end of each control period, for `model.pictures.frames`."""
 
     def place(self) -> None:
-        """Put the cube at rest into the hand; its time begins."""
+        """Place the cube at rest in the hand and start its time."""
         self._plant.place_cube(self._position)
         self._began = self._plant.time
 
     def sample(self) -> None:
-        """Take note of the cube after a control period."""
+        """Record posture and cube after a control period."""
         self.postures.append(self._plant.posture())
         if not self.lost:
             self.alive_s = self._plant.time - self._began
@@ -138,12 +138,12 @@ class CubeWatch:
 
     @property
     def airborne(self) -> float:
-        """Share of the samples at which nothing touched the cube, once it had settled; NaN before."""
+        """Fraction of samples without contact to the cube, after its settling; NaN before."""
         return self._untouched / self._samples if self._samples else nan
 
     @property
     def let_go(self) -> float:
-        """Share of the samples at which nothing was within `GAP_M` of the cube, once it had settled; NaN before."""
+        """Fraction of samples with a gap of at least `GAP_M` around the cube, after its settling; NaN before."""
         return self._let_go / self._samples if self._samples else nan
 
     @property

@@ -1,7 +1,7 @@
-"""What is drawn of a hand: boxes, cylinders and balls in the frames of its bodies, and where those bodies are.
+"""Drawn parts of a hand: boxes, cylinders and balls in the frames of its bodies, and the poses of the bodies.
 
-The live page and the export for Foxglove both draw these parts. Every hand of this project has the same links and
-joints, and only the routed one knows where its cables run, so that its model stands for all of them.
+Used by the live page and the export for Foxglove. All hands of this project have equal links and joints; the routed
+hand is drawn for all, because only its model has cable paths.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class DrawnPart:
-    """One shape, fixed to a body of the hand."""
+    """Shape fixed to a body of the hand."""
 
     body: str
     shape: Literal["box", "cylinder", "ball"]
     size: Vector
-    """Extent along the shape's own axes, (3,) m: a cylinder's is diameter, diameter, length."""
+    """Extent along the shape's own axes, (3,) m; of a cylinder diameter, diameter, length."""
     position: Vector
     """Centre in the frame of the body, (3,) m."""
     quaternion: Vector
@@ -39,26 +39,26 @@ class DrawnPart:
 
     @property
     def is_bone(self) -> bool:
-        """Whether it belongs to a finger's bone."""
+        """True for a part of a finger's bone."""
         return self.rgba == BONE_RGBA
 
 
 class PosedHand:
-    """A hand's model, moved by its joint angles alone: no forces, no time."""
+    """Kinematic model of a hand, posed by joint angles, without dynamics."""
 
     def __init__(self, side: Side) -> None:
-        """Compile the hand; it is extended until `pose` is called."""
+        """Compile the hand in its extended pose."""
         self._model = build_routed(side).compile()
         self._data = mujoco.MjData(self._model)
         self._joints = [self._model.joint(joint.label).qposadr[0] for joint in Joint]
         self.bodies = [self._model.body(i).name for i in range(1, self._model.nbody)]
-        """Names of what the parts are fixed to; the first body is the world."""
+        """Names of the bodies, without the world."""
         channel_of = {name: channel for channel, name in TENDONS.items()}
         self._tendons = [channel_of.get(self._model.tendon(i).name) for i in range(self._model.ntendon)]
         self.pose(np.zeros(len(Joint)))
 
     def pose(self, joints: ArrayLike) -> None:
-        """Take a posture, (16,) rad, in the order of `Joint`."""
+        """Set the joint angles, (16,) rad, in the order of `Joint`."""
         self._data.qpos[self._joints] = joints
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)

@@ -1,11 +1,11 @@
-"""What is particular about one built hand: every way in which it departs from rigid, frictionless CAD.
+"""Parameters of one built hand: all deviations from rigid, frictionless CAD.
 
-An effect is switched off by its zero; a compliance of zero is as stiff as the step allows. Arrays over channels are
-in command order, arrays over joints in the order of `Joint`.
+Zero disables an effect; a compliance of zero is as stiff as the step allows. Arrays over channels are in command order,
+arrays over joints in the order of `Joint`.
 
-The defaults describe a plausible hand, not a fitted one. They start from the loads and speeds that one physical hand
-showed (public logs June-July 2026, TTdragoAlex/tetherIA-aero-hand-open 58b518e; a count of servo error is worth about
-0.0051 N m at the spool) and from the paper's transmission section.
+The defaults describe a plausible hand, not a fitted one. Sources: loads and speeds of one physical hand (public logs
+June-July 2026, TTdragoAlex/tetherIA-aero-hand-open 58b518e; one count of servo error is about 0.0051 N m at the spool),
+and the paper's transmission section.
 """
 
 from __future__ import annotations
@@ -32,32 +32,32 @@ _SPOOL_FRICTION = (0.034, 0.025, 0.034, 0.030, 0.025, 0.043, 0.017)
 
 @dataclass(frozen=True)
 class BuiltHandParameters:
-    """One physical hand behind its servos' output shafts."""
+    """Mechanics of one hand behind its servos' output shafts."""
 
     rotor_inertia: Channels = (7.5e-4,) * 7
     """Inertia of motor and gears at the output shaft, kg m²; from a motor time constant of 12-16 ms."""
     back_emf: float = HLS3606M.back_emf
-    """Torque lost per speed while a winding is driven, N m s/rad; a unit's is that of its servos."""
+    """Torque lost per speed of a driven winding, N m s/rad; a unit takes the value of its servos."""
     supply_ratio: float = 1.0
-    """Supply voltage over nominal; scales the torque that a servo's effort gives."""
+    """Supply voltage over nominal; scales a servo's torque."""
     supply_sag: float = 0.0
-    """Share of the supply voltage that is lost per duty times current of all motors together, both in the torque that
-    they are worth, 1/(N m)²: 0.1 loses 24 % when all seven stall."""
+    """Fraction of the supply voltage lost per sum over motors of duty times current, both as torque, 1/(N m)²; at 0.1
+    the supply sags by 24 % when all seven stall."""
     spool_friction: Channels = _SPOOL_FRICTION
     """Dry friction of gears and spool, N m; Coulomb part of the recorded static errors."""
     spool_damping: Channels = (0.0,) * 7
     """Viscous friction of gears and spool, also unpowered, N m s/rad."""
     cable_friction: Channels = (0.0,) * 7
-    """Dry friction of a cable in its guides as a share of its tension (capstan); the abduction entry is not used."""
+    """Dry friction of a cable in its guides, fraction of its tension (capstan); the abduction entry is unused."""
     cable_friction_spread: float = 0.0
-    """Standard deviation of that friction from one motion to the next, as a share of it: closures differ by it."""
+    """Standard deviation of the cable friction between motions, fraction of the friction."""
     cable_take_up: Channels = (0.0,) * 7
-    """Cable wound in at the extended pose before it is taut, m. Negative is pretension: the shaft at zero pulls the
-    cable by so much, and if the springs give way it holds the hand partly closed. Abduction has no cable."""
+    """Cable wound in at the extended pose until taut, m; the abduction entry is unused. A negative value is pretension:
+    with the shaft at zero the cable is short by this length and may keep the hand partly closed."""
     cable_compliance: float = 5.4e-6
     """Stretch of a cable, m/N; 0.35 mm at 65 N."""
     winding_scale: Channels = (1.0,) * 7
-    """Winding radii over those of CAD; the abduction entry is not used."""
+    """Winding radii over those of CAD; the abduction entry is unused."""
     abduction_winding: tuple[float, float] = (ABDUCTION_RADIUS, ABDUCTION_RADIUS)
     """Winding radius of abduction on the CMC and the flexor cable, m/rad; zero uncouples them."""
     spring_open: Joints = _SPRING_OPEN
@@ -69,19 +69,19 @@ class BuiltHandParameters:
     joint_damping: Joints = (0.004,) * 16
     """Viscous friction of a joint, N m s/rad."""
     joint_inertia: Joints = (2.0e-5,) * 16
-    """Inertia added to a joint, kg m², for silicone, pins and cable that the rigid links leave out."""
+    """Inertia added to a joint, kg m², for silicone, pins and cable, which the rigid links lack."""
     closed_stop: Joints = _CLOSED_STOP
     """Closed end stops, rad; fingers blocked at 0.976-0.979 of 288.16°, abduction 1.871 rad (paper, kinematic test)."""
     thenar_radius: float = THENAR_RADIUS
-    """Radius of the part of the palm that the metacarpal meets when it flexes without abduction, m; zero is none."""
+    """Radius of the palm's stop for the metacarpal in flexion without abduction, m; zero for none."""
     stop_compliance: float = 0.005
-    """Give of a joint's end stops, rad/(N m); printed parts, assumed."""
+    """Compliance of a joint's end stops, rad/(N m); printed parts, assumed."""
     gravity: float = STANDARD_GRAVITY
-    """What the hand's own parts weigh, m/s²; zero for a hand without weight. An object in it falls in any case."""
+    """Gravity on the hand's own parts, m/s²; objects always have their full weight."""
     down: tuple[float, float, float] = (0.0, 0.0, -1.0)
-    """Direction of gravity in the hand's frame, of length 1; unless told otherwise the hand lies on its back."""
+    """Direction of gravity in the hand's frame, unit vector; by default palm up."""
     contacts: bool = True
-    """Whether digits touch each other and the palm; the metacarpal meets the palm in any case."""
+    """Contacts between digits and with the palm; the thenar stop acts regardless."""
     timestep: float = 0.002
     """Longest step of the physics, s."""
 

@@ -1,8 +1,7 @@
-"""The built hand as the servos see it: seven output shafts in time, and the ground truth behind them.
+"""Plant of the built hand: seven output shafts for the servos, and the ground truth behind them.
 
-The inner loop of each servo is an actuator of the physics engine, rewritten when its drive changes, so many physics
-steps run in one call and Python acts only where the electronics do. Implements `firmware_emulator.plant.Plant` by
-its shape.
+The inner loop of each servo is an actuator of the physics engine, rewritten when its drive changes. Many physics steps
+thus run in one call, and Python runs only when the electronics act.
 """
 
 from __future__ import annotations
@@ -23,20 +22,20 @@ from model.geometry import Side
 from model.parameters import BuiltHandParameters
 
 TIME_RESOLUTION = 1e-9
-"""Spans shorter than this are not integrated, s; a microsecond is the finest thing on the servo bus."""
+"""Threshold of a time span, s; shorter spans are not integrated. Times on the servo bus are at least a microsecond."""
 CABLE_SHAFTS = list(CABLES)
 TURNING = 0.1
-"""Speed at which a spool turns, rad/s; 65 counts/s."""
+"""Threshold of a spool's speed, rad/s (65 counts/s); above it the spool counts as turning."""
 NOTICEABLE = 0.003
-"""Change of the supply from which on the drives are updated, fraction of nominal."""
+"""Threshold of a supply change, fraction of nominal; above it the drives are updated."""
 FAR_M, FAR_RAD = 0.1, 0.5
-"""Stretch of a cable and angle behind a stop that no fault of a hand gives."""
+"""Thresholds of cable stretch, m, and of the angle beyond a stop, rad; above them the state is reset after a repair."""
 LEAST_SUPPLY = 0.3
-"""What a supply keeps, share of nominal."""
+"""Lower limit of the sagged supply, fraction of the unit's supply."""
 
 
 class DivergedError(ArithmeticError):
-    """A hand cannot be simulated as its unit and its faults say; the message has the drives under which it failed."""
+    """The physics diverged with the unit's parameters and faults; the message has the drives at the failure."""
 
     exit_code = Exit.USAGE
 
@@ -51,31 +50,31 @@ class Glimpse(NamedTuple):
     tensions: NDArray[np.float64]
     """Cable tensions, (7,) N; NaN for abduction, which has no cable."""
     loose: NDArray[np.float64]
-    """How much cable is loose, (7,) m; zero or less when taut, NaN for abduction."""
+    """Cable slack, (7,) m; zero or less when taut, NaN for abduction."""
 
 
 class BuiltHandPlant(Plant):
     """Seven output shafts with spools, cables, joints and return springs behind them.
 
-    Starts at rest in the extended pose, held closed only by cables that are much too short for it, unpowered.
-    Deterministic: the same calls give the same state to the bit.
-    Time is cut where the caller cuts it, by a last shortened step, so a drive changes exactly when it is changed.
+    Starts unpowered and at rest in the extended pose, except for digits kept closed by a very short cable.
+    Deterministic: equal calls give bit-identical states. The last step of a call is shortened to end exactly at the
+    caller's time, so drives change exactly on time.
     """
 
     def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right", *, seed: int = 0) -> None:
-        """Build the hand; `seed` draws how its sheaths rub in each motion."""
+        """Build the hand; `seed` determines the sheath friction of each motion."""
         self.parameters = parameters or BuiltHandParameters()
         self._hand: Side = hand
         self.compiled = CompiledHand(self._spec(hand), self.parameters)
-        """The hand behind the motion; `drive` writes into it."""
+        """Compiled hand with its drives."""
         self._model = self.compiled.model
         self._data = mujoco.MjData(self._model)
-        # MuJoCo's own memory, looked up once; each look-up makes an array.
+        # Views of MuJoCo's memory, cached because each attribute access creates an array.
         self._warnings, self._setpoints = self._data.warning.number, self._data.ctrl
         self._positions, self._velocities = self._data.qpos, self._data.qvel
         self._tensions = self._data.sensordata[self.compiled.tension_sensors]
         joints, shafts = self.compiled.at_rest()
-        # In this order: the shaft of abduction is its joint.
+        # Joints after shafts, because the shaft of abduction is its joint.
         self._positions[self.compiled.shaft_qpos] = shafts
         self._positions[self.compiled.joint_qpos] = joints
         self._time = 0.0
@@ -84,10 +83,10 @@ class BuiltHandPlant(Plant):
         """Torque, stiffness, damping and limit of the drives."""
         self._goals = [0.0] * SHAFTS
         self._state: ShaftState | None = None
-        """Of the shafts, from one read of MuJoCo's memory; None since something changed."""
+        """Cached state of the shafts; None after a change."""
         self._friction_factors = np.ones(len(CABLES))
         self._turning = [0.0] * len(CABLES)
-        # A generator for each cable: its friction does not depend on the motion of the others.
+        # One generator a cable, so that its friction is independent of the motion of other cables.
         self._random = [np.random.default_rng([seed, cable]) for cable in CABLES]
 
     @property
@@ -96,7 +95,7 @@ class BuiltHandPlant(Plant):
         return self._time
 
     def advance_to(self, t: float) -> None:
-        """Integrate to exactly `t` (s) with the present drives; nothing happens when `t` is not later than `time`.
+        """Integrate to exactly `t` (s) with the current drives; no effect if `t` is not later than `time`.
 
         Raises:
             DivergedError: the physics diverged.
@@ -105,7 +104,7 @@ class BuiltHandPlant(Plant):
         if span <= 0.0:
             return
         model, data, step = self._model, self._data, self.parameters.timestep
-        # Between two calls, 10 ms apart at most while the board reads its servos, friction and supply are held.
+        # Friction and supply are constant during a call; calls are at most 10 ms apart while the board reads servos.
         if self.compiled.has_sheaths:
             self.compiled.rub(self._tensions, self._sheaths())
         if self.parameters.supply_sag:
@@ -118,9 +117,9 @@ class BuiltHandPlant(Plant):
             model.opt.timestep = rest
             mujoco.mj_step(model, data)
             model.opt.timestep = step
-        # A huge number may become none without a warning of MuJoCo.
+        # Positions can overflow to NaN without a warning of MuJoCo.
         if any(self._warnings.tolist()) or not isfinite(sum(self._positions.tolist())):
-            # MuJoCo has started over from the initial state by itself; there is nothing to go on with.
+            # MuJoCo has reset itself to the initial state, so the simulation cannot continue.
             raise DivergedError(
                 "a hand with these numbers of its unit and these faults cannot be simulated: the built hand's physics "
                 f"failed between {self._time} and {t} s under the drives (setpoint, "
@@ -130,11 +129,11 @@ class BuiltHandPlant(Plant):
         self._time = data.time = t
 
     def drive(self, shaft: int, drive: Drive) -> None:
-        """Replace the drive of one shaft (0..6, command order) from now on.
+        """Replace the drive of one shaft (0..6, command order).
 
         Raises:
             ValueError: a value that is not finite, or a negative stiffness, damping or limit.
-            IndexError: no such shaft.
+            IndexError: shaft out of range.
         """
         self._check(shaft)
         values = (drive.setpoint, drive.stiffness, drive.damping, drive.torque, drive.limit)
@@ -149,11 +148,11 @@ class BuiltHandPlant(Plant):
         self.compiled.drive(shaft, drive)
 
     def set_setpoint(self, shaft: int, setpoint: float) -> None:
-        """Change only the goal angle (rad) of one shaft's present drive; the cheap call a motion profile makes.
+        """Change only the goal angle (rad) of one shaft's drive; the cheap call for motion profiles.
 
         Raises:
             ValueError: not finite.
-            IndexError: no such shaft.
+            IndexError: shaft out of range.
         """
         self._check(shaft)
         if not isfinite(setpoint):
@@ -162,13 +161,13 @@ class BuiltHandPlant(Plant):
         self._state = None
 
     def become(self, parameters: BuiltHandParameters) -> None:
-        """Replace the parameters and keep the state: something broke, slipped or was mended.
+        """Replace the parameters and keep the state, as for a fault or a repair.
 
         Args:
-            parameters: of the same parts; contacts and the thenar stop stay as they are.
+            parameters: new parameters, with equal `contacts` and `thenar_radius`.
 
         Raises:
-            ValueError: they describe a hand of other parts.
+            ValueError: another `contacts` or `thenar_radius`.
         """
         kept = self.parameters
         if (parameters.contacts, parameters.thenar_radius) != (kept.contacts, kept.thenar_radius):
@@ -181,10 +180,10 @@ class BuiltHandPlant(Plant):
         self._bring_back()
 
     def _bring_back(self) -> None:
-        """Turn back what ran away while nothing held it, as whoever mends it does before it is held again.
+        """Reset joints far beyond their stops and spools with far stretched cables, as a repair does.
 
-        A spool without its cable turns by metres of it, a joint without its stop by turns. Held again at once, they
-        would be thrown back with more energy than the physics can follow.
+        A spool without its cable winds metres, and a joint without its stop makes whole turns. Restored at once, their
+        constraints would release more energy than the physics can integrate.
         """
         joints = self._positions[self.compiled.joint_qpos]
         inside = np.clip(joints, *self._model.jnt_range[self.compiled.joint_qpos].T)
@@ -196,7 +195,7 @@ class BuiltHandPlant(Plant):
         if stretched.any():
             shafts = self.compiled.shaft_qpos[CABLE_SHAFTS][stretched]
             loose = []
-            for turned in (0.0, 1.0):  # the cable is wound in proportion to the angle
+            for turned in (0.0, 1.0):  # two points suffice: the length is linear in the angle
                 self._positions[shafts] -= turned
                 mujoco.mj_fwdPosition(self._model, self._data)
                 loose.append(self.compiled.loose(self._data)[stretched])
@@ -205,11 +204,11 @@ class BuiltHandPlant(Plant):
         self._state = None
 
     def state(self) -> ShaftState:
-        """Return angles, speeds and efforts of the shafts; one state is read once, however often it is asked for."""
+        """Return angles, speeds and efforts of the shafts; cached until the next change."""
         if self._state is None:
             angles = self._positions.take(self.compiled.shaft_qpos).tolist()
             speeds = self._velocities.take(self.compiled.shaft_dofs).tolist()
-            # Seven numbers are handled as numbers, at a third of what arrays of them take.
+            # Plain numbers, because arrays of seven take three times as long.
             efforts = []
             for (torque, stiffness, damping, limit), goal, angle, speed in zip(
                 self._laws, self._goals, angles, speeds, strict=True
@@ -220,11 +219,11 @@ class BuiltHandPlant(Plant):
         return self._state
 
     def push(self, torques: NDArray[np.float64]) -> None:
-        """Push the joints from outside with (16,) N m, in the order of `Joint`, until told otherwise."""
+        """Apply external joint torques, (16,) N m, in the order of `Joint`, until the next call."""
         self._data.qfrc_applied[self.compiled.joint_dofs] = torques
 
     def twist(self, shaft: int, torque: float) -> None:
-        """Turn one shaft from outside with a torque, N m, until told otherwise; positive closes."""
+        """Apply an external torque to one shaft, N m, until the next call; positive closes."""
         self._data.qfrc_applied[self.compiled.shaft_dofs[shaft]] = torque
 
     def joint_angles(self) -> NDArray[np.float64]:
@@ -233,23 +232,23 @@ class BuiltHandPlant(Plant):
         return angles
 
     def cable_tensions(self) -> NDArray[np.float64]:
-        """Return the true cable tensions at the present state, (7,) float, N, never negative; abduction reads zero."""
+        """Return the true cable tensions, (7,) float, N, not negative; zero for abduction."""
         mujoco.mj_forward(self._model, self._data)
         tensions = np.zeros(SHAFTS)
         tensions[list(CABLES)] = self.compiled.tensions(self._data)
         return tensions
 
     def slack(self) -> NDArray[np.float64]:
-        """Return how much cable is loose, (7,) float, m; zero when taut, and for abduction, which has no cable."""
+        """Return the cable slack, (7,) float, m; zero when taut and for abduction."""
         mujoco.mj_fwdPosition(self._model, self._data)
         slack = np.zeros(SHAFTS)
         slack[list(CABLES)] = np.maximum(self.compiled.loose(self._data), 0.0)
         return slack
 
     def glimpse(self) -> Glimpse:
-        """Return what is known without computing anything, so that another thread may look on.
+        """Return a snapshot of the last computed state, read-only and thus safe in another thread.
 
-        Reads only: `cable_tensions` and `slack` are exact at this instant, but they write into MuJoCo's data.
+        `cable_tensions` and `slack` are exact at the current time, but write into MuJoCo's data.
         """
         hand, data = self.compiled, self._data
         tensions, loose = np.full((2, SHAFTS), np.nan)
@@ -257,11 +256,11 @@ class BuiltHandPlant(Plant):
         return Glimpse(self._time, data.qpos[hand.joint_qpos], tensions, loose)
 
     def _spec(self, hand: Side) -> mujoco.MjSpec:
-        """Describe what is simulated; a plant with more around the hand adds it here."""
+        """Return the spec to simulate; subclasses add objects around the hand."""
         return build_built(hand, self.parameters)
 
     def _sheaths(self) -> NDArray[np.float64]:
-        """Return the factors on the friction of the sheaths, (6,); a cable that turns round settles in another way."""
+        """Return the factors on sheath friction, (6,); each reversal of a cable draws a new factor."""
         spread = self.parameters.cable_friction_spread
         if spread:
             speeds, turning = self.state().speeds, self._turning
@@ -276,7 +275,7 @@ class BuiltHandPlant(Plant):
         return self._friction_factors
 
     def _sag(self) -> None:
-        """Lower the supply by what the motors draw, where that changes it noticeably."""
+        """Lower the supply by the motors' power, if the change exceeds `NOTICEABLE`."""
         hand, unit, drawn = self.compiled, self.parameters, 0.0
         present, back_emf = hand.supply, unit.back_emf
         _, speeds, efforts = self.state()
@@ -284,8 +283,7 @@ class BuiltHandPlant(Plant):
             effort, most = present * nominal, drive.current_limit
             winding = effort - back_emf * speed
             winding = most if winding > most else -most if winding < -most else winding
-            # A bridge draws the winding's current for as much of the time as its duty; a motor that brakes gives none
-            # back.
+            # A bridge draws duty times winding current; a braking motor does not feed back.
             if (power := effort * winding) > 0.0:
                 drawn += power
         supply = unit.supply_ratio * max(1.0 - unit.supply_sag * drawn, LEAST_SUPPLY)

@@ -1,4 +1,4 @@
-"""What stands around a hand: the cube of the rotation task, how cubes differ, light, sky. Add before compiling."""
+"""Surroundings of a hand: cube of the rotation task and its variation, light, sky. Add before compiling."""
 
 from __future__ import annotations
 
@@ -11,25 +11,26 @@ import numpy as np
 CUBE_START = (0.11, 0.0, 0.05)
 """Nominal position above the palm, m."""
 LOST_HEIGHT_M = -0.05
-"""Height of the cube's centre below which it is lost, world frame (paper, section "Learning In-Hand Cube Rotation")."""
+"""Threshold of the cube centre's height, world frame; below it the cube is lost. Source: paper, section "Learning
+In-Hand Cube Rotation"."""
 SETTLING_S = 0.5
-"""Time in which a placed cube drops into the hand: without contact for a quarter of it, whatever is done."""
+"""Time for a placed cube to drop into the hand, s; without contact for a quarter of it under any policy."""
 
 
 @dataclass(frozen=True)
 class Cube:
-    """What is turned in the hand; the defaults are the paper's simulated cube (section "In-Hand Cube Rotation").
+    """Cube to be rotated; defaults from the paper's simulation (section "In-Hand Cube Rotation").
 
     Raises:
-        ValueError: a side, mass or friction that is not positive, or a centre of mass outside the cube.
+        ValueError: side, mass or friction not positive, or a centre of mass outside the cube.
     """
 
     side_m: float = 0.050
     mass_kg: float = 0.0692
     friction: float = 0.3
-    """Coefficient of sliding; of a contact the larger of the two bodies' counts, and the hand's is 0.2."""
+    """Sliding friction coefficient; a contact uses the larger of the cube's and the hand's 0.2."""
     centre_of_mass_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """From its centre."""
+    """Centre of mass relative to the cube's centre, m."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre_of_mass_m", tuple(self.centre_of_mass_m))
@@ -40,16 +41,16 @@ class Cube:
 
 CUBE = Cube()
 RANGES = {"side_m": (0.045, 0.055), "mass_kg": (0.040, 0.140), "friction": (0.3, 1.0)}
-"""From end to end of what cubes have, an assumption: puzzle cubes and wooden blocks of about the paper's size, smooth
-plastic to rubber."""
+"""Ranges of cube properties, assumed: puzzle cubes and wooden blocks of about the paper's size, smooth plastic to
+rubber."""
 OFF_CENTRE_M = 0.003
-"""Farthest that a centre of mass is from the middle of its cube."""
+"""Largest distance of the centre of mass from the cube's centre, m."""
 TAILS = {"side_m": (0.052, 0.055), "mass_kg": (0.110, 0.140), "friction": (0.8, 1.0)}
-"""Ends of the ranges where policies are slow or drop the cube: large, heavy and sticky ones."""
+"""Difficult ends of `RANGES`: large, heavy and sticky cubes, which policies rotate slowly or drop."""
 
 
 def any_cube(rng: np.random.Generator) -> Cube:
-    """Draw a cube, each property uniformly from end to end, its centre of mass along a random direction."""
+    """Draw a cube uniformly from `RANGES`, with its centre of mass off in a random direction."""
     values = {name: float(rng.uniform(*ends)) for name, ends in RANGES.items()}
     direction = rng.standard_normal(3)
     off = rng.uniform(0.0, OFF_CENTRE_M) * direction / np.linalg.norm(direction)
@@ -57,13 +58,13 @@ def any_cube(rng: np.random.Generator) -> Cube:
 
 
 def nearer(cube: Cube, share: float) -> Cube:
-    """Return a cube that has gone this share of the way from the paper's to `cube`, 0 to 1."""
+    """Interpolate from the paper's cube (`share` 0) to `cube` (`share` 1)."""
     ends = {field.name: (np.array(getattr(CUBE, field.name)), getattr(cube, field.name)) for field in fields(Cube)}
     return Cube(**{name: (paper + share * (other - paper)).tolist() for name, (paper, other) in ends.items()})
 
 
 def tail_cube(rng: np.random.Generator) -> Cube:
-    """Draw a cube that has one property from its tail."""
+    """Draw a cube with one random property from `TAILS`."""
     cube, name = any_cube(rng), str(rng.choice(list(TAILS)))
     value: Any = float(rng.uniform(*TAILS[name]))
     return replace(cube, **{name: value})
@@ -79,7 +80,7 @@ def add_cube(spec: mujoco.MjSpec, cube: Cube = CUBE) -> mujoco.MjsBody:
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=(half, half, half),
         mass=cube.mass_kg,
-        # Torsional friction is 0.05 m in the released scene; it acts on soft skin alone (condim 4).
+        # The released scene has a torsional friction of 0.05 m, which acts only with soft skin (condim 4).
         friction=(cube.friction, 0.005, 0.0001),
         rgba=(0.90, 0.55, 0.15, 1.0),
     )

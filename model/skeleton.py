@@ -1,4 +1,4 @@
-"""Links, joints, contacts and passive parts of a hand as an `mujoco.MjSpec`; both hands are built on it."""
+"""Links, joints, contacts and passive parts of a hand as an `mujoco.MjSpec`, shared by routed and built hand."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from model.appearance import PULLEY_RGBA, dress
 from model.geometry.elements import Box, HandGeometry, Link, Pulley, Quaternion
 
 GRAVITY = 9.81
-"""m/s², along -z."""
+"""Gravity along -z, m/s²."""
 BOX_DENSITY = 1000.0
-"""Density of links whose mass follows from their boxes, kg/m³; gives the palm of the released model 0.364 kg."""
+"""Density of links without given mass, kg/m³; gives the palm of the released model 0.364 kg."""
 PAD_FRICTION = 0.2
-"""Sliding friction of every surface of the hand; training randomises that of the fingertips."""
+"""Sliding friction coefficient of the hand; training randomises the fingertips'."""
 CONTACT_SOLREF = (0.02, 1.5)
 CONTACT_SOLIMP = (0.9, 0.99, 0.001, 0.5, 2.0)
 
@@ -29,7 +29,7 @@ PULLEY_QUATS: dict[str, Quaternion] = {"x": (0.5**0.5, 0.0, -(0.5**0.5), 0.0), "
 
 @dataclass(frozen=True)
 class JointDynamics:
-    """What one hand's joints add to the rigid bodies; arrays are (16,) float in the order of `Joint`."""
+    """Joint parameters of one hand; arrays are (16,) float in the order of `Joint`."""
 
     armature: NDArray[np.float64]
     """Reflected inertia, kg m²."""
@@ -40,9 +40,9 @@ class JointDynamics:
     upper: NDArray[np.float64]
     """Closed stop, rad; the extended stop is zero."""
     spring_stiffness: NDArray[np.float64]
-    """Return springs on the joint itself, N m/rad."""
+    """Stiffness of return springs on the joint, N m/rad."""
     spring_reference: NDArray[np.float64]
-    """Angle at which those are relaxed, rad."""
+    """Relaxed angle of the return springs, rad."""
 
 
 def released_dynamics(hand: HandGeometry) -> JointDynamics:
@@ -64,7 +64,7 @@ def released_dynamics(hand: HandGeometry) -> JointDynamics:
 
 
 def build_skeleton(hand: HandGeometry, dynamics: JointDynamics) -> mujoco.MjSpec:
-    """Return a spec with the bodies, joints, contacts, pulleys and guides of `hand`, and no cable yet."""
+    """Return a spec with the bodies, joints, contacts, pulleys and guides of `hand`, without cables."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.option.gravity = (0.0, 0.0, -GRAVITY)
@@ -75,7 +75,7 @@ def build_skeleton(hand: HandGeometry, dynamics: JointDynamics) -> mujoco.MjSpec
 
 
 def couple(spec: mujoco.MjSpec, hand: HandGeometry) -> None:
-    """Tie the coupled joints, PIP=DIP on each finger and MCP=IP on the thumb."""
+    """Add equality constraints to the coupled joints, PIP=DIP on each finger and MCP=IP on the thumb."""
     for follower, leader in hand.couplings:
         spec.add_equality(
             name=f"{follower.label}_follows",
@@ -151,10 +151,10 @@ def _add_pulley(body: mujoco.MjsBody, pulley: Pulley) -> None:
 
 
 def _left_out(hand: HandGeometry) -> list[tuple[str, str]]:
-    """Return the pairs of links that must not collide: what meets only where two digits' roots sit in the palm.
+    """Return the pairs of links without contacts: palm and moving links but fingertips, mount and moving links.
 
-    The palm against every moving link but the fingertips, the mount against every moving link. Neighbours within a
-    digit never collide in MuJoCo, nor do parts that are both fixed in the world.
+    Their boxes overlap at the roots of the digits. MuJoCo itself excludes parent and child, and parts both fixed in the
+    world.
     """
     moving = [link for link in hand.base.walk() if link.hinge]
     return [

@@ -1,9 +1,9 @@
-"""What gives: physical compliance as MuJoCo's constraint parameters.
+"""Conversion of physical compliance to MuJoCo's constraint parameters.
 
-A MuJoCo constraint has a time constant T and an impedance d. With d constant, a violation r at rest is held by the
-force r / ((1 - d) A T²), where A is the inverse inertia along the constraint that the compiler stores
-(`tendon_invweight0`, `dof_invweight0`). So a physical compliance c (violation per force) is met by
-1 - d = c / (A T²); T is as short as the step allows unless d would leave the range in which that is well behaved.
+A MuJoCo constraint has a time constant T and an impedance d. With constant d, a violation r at rest produces the force
+r / ((1 - d) A T²), where A is the inverse inertia along the constraint (`tendon_invweight0`, `dof_invweight0`). A
+physical compliance c (violation per force) therefore needs 1 - d = c / (A T²). T is as short as the step allows, but
+long enough to keep d above `IMPEDANCE_MIN`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from math import sqrt
 
 IMPEDANCE_MIN, IMPEDANCE_MAX = 0.90, 0.9999
 STEPS_PER_TIME_CONSTANT = 2.0
-"""MuJoCo's own lower bound for a stable constraint."""
+"""Least time constant in steps; MuJoCo's bound for a stable constraint."""
 
 SolRef = tuple[float, float]
 """Time constant, s, and damping ratio."""
@@ -21,12 +21,12 @@ SolImp = tuple[float, float, float, float, float]
 
 
 def constraint(compliance: float, inverse_inertia: float, timestep: float) -> tuple[SolRef, SolImp]:
-    """Return MuJoCo's two parameters of a critically damped one-sided constraint of a given static compliance.
+    """Return `solref` and `solimp` of a critically damped one-sided constraint with a static compliance.
 
     Args:
         compliance: violation per force, m/N or rad/(N m), not negative.
-        inverse_inertia: of the constraint at the initial pose, 1/kg or 1/(kg m²).
-        timestep: longest step, s; a compliance too small for it gives the stiffest constraint there is.
+        inverse_inertia: inverse inertia of the constraint at the initial pose, 1/kg or 1/(kg m²).
+        timestep: longest step, s; compliances too small for the step give the stiffest stable constraint.
     """
     time_constant = max(STEPS_PER_TIME_CONSTANT * timestep, sqrt(compliance / inverse_inertia / (1 - IMPEDANCE_MIN)))
     softness = compliance / (inverse_inertia * time_constant**2)

@@ -1,8 +1,7 @@
-"""Units: one TOML file for each individual hand that can stand behind the emulated electronics.
+"""Units: one TOML file for each individual hand behind the emulated electronics.
 
-`[hand]` fills `model.BuiltHandParameters`, `[servos]` fills `firmware_emulator.ServoParameters`; what a file leaves
-out keeps its default. The motors' back-EMF follows from the servos. `limits` names the limits the unit
-is judged by, `description` says which hand it is.
+`[hand]` fills `model.BuiltHandParameters`, `[servos]` fills `firmware_emulator.ServoParameters`; missing keys keep
+their defaults. The motors' back-EMF follows from the servos. `description` identifies the hand.
 """
 
 from __future__ import annotations
@@ -26,27 +25,27 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Unit:
-    """One individual hand."""
+    """Parameters of one individual hand."""
 
     name: str = ""
     """Name of the shipped file, or path of the user's."""
     description: str = ""
-    """Which hand it is, and where its numbers come from."""
+    """Identity of the hand and source of its numbers."""
     unfinished: bool = False
-    """Whether it is what a fit had found when it was stopped."""
+    """True for the intermediate result of an aborted fit."""
     hand: BuiltHandParameters = field(default_factory=BuiltHandParameters)
-    """Mechanics: everything behind the servos' shafts. Its back-EMF is replaced by the servos'."""
+    """Mechanics behind the servos' shafts; its back-EMF is replaced by the servos'."""
     servos: ServoParameters = field(default_factory=ServoParameters)
-    """The seven servos, all alike."""
+    """Parameters of all seven servos, which are equal."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "hand", dataclasses.replace(self.hand, back_emf=self.servos.back_emf))
 
     def position_drive(self, share: float = 1.0) -> Drive:
-        """Return what a servo asks of its motor in position mode, towards zero.
+        """Return a servo's drive in position mode with setpoint zero.
 
         Args:
-            share: of the stall torque that the winding's current may be worth; a free shaft keeps its speed.
+            share: current limit, fraction of the stall torque; the free speed does not depend on it.
         """
         stall = self.servos.stall_torque
         return Drive(
@@ -55,21 +54,21 @@ class Unit:
 
 
 UNFINISHED = "unfinished:"
-"""Before the path of a unit whose fit was stopped, which is not taken without being asked for."""
+"""Prefix of a unit path that accepts the result of an aborted fit."""
 
 
 def shipped_units() -> tuple[str, ...]:
-    """Return the names of the units that come with the project."""
+    """Return the names of the shipped units."""
     files = (entry.name for entry in resources.files(__name__).iterdir())
     return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
 def load_unit(name: str) -> Unit:
-    """Return a unit by the name of a shipped file or the path of another (anything that ends in `.toml`).
+    """Return a unit by shipped name, or by path (any name with the suffix `.toml`).
 
     Raises:
-        ValueError: there is no such unit, or its file has a mistake; the message names the key. Its fit is unfinished,
-            and `unfinished:` does not stand before its path.
+        ValueError: unknown unit; invalid file, with the key in the message; or an unfinished fit without the prefix
+            `unfinished:`.
     """
     whole_name, name = name, name.removeprefix(UNFINISHED)
     if name.endswith(".toml"):
@@ -107,10 +106,10 @@ def load_unit(name: str) -> Unit:
 
 
 def fill(kind: type[T], table: Mapping[str, Any], where: str) -> T:
-    """Return `kind()` with the values of `table` in place of its defaults.
+    """Return `kind()` with defaults replaced by the values of `table`.
 
-    A value must have the type of the default it replaces: a number for a number, true or false for a switch, a list
-    of the same length for a tuple, a table for a dataclass.
+    Values must match the type of their default: number, boolean, list of equal length for a tuple, table for a
+    dataclass.
 
     Args:
         kind: a dataclass whose fields all have defaults.

@@ -1,9 +1,8 @@
-"""What one hand must be commanded differently, so that its joints stand where the actuation map believes them.
+"""Cable-length correction of one hand's commands, so that its joints match the actuation map.
 
-A cable that is too long or too short moves the joints behind a shaft that reads as it should; no encoder can tell. A
-unit file knows it (`aero-hil calibrate` fits one to a hand's own recordings), so the emulated twin of a hand is sent to
-a posture, and its cables are corrected by what its joints lack there. How the joints of a finger share its cable stays
-as it is.
+A cable-length error offsets the joints although the shaft reads correctly, so no encoder detects it. A unit file has
+the cable lengths (`aero-hil calibrate` fits one to recordings). The hand's emulated twin therefore moves to a posture,
+and the joint errors there give the correction. The distribution of a cable among a finger's joints is not corrected.
 """
 
 from __future__ import annotations
@@ -29,27 +28,27 @@ from model.units.plausible import unit_named
 Floats = NDArray[np.float64]
 
 ROUNDS = 6
-"""Corrections of a correction; stops and friction leave no more to gain then."""
+"""Number of iterations; further ones do not reduce the error, because of stops and friction."""
 APPROACH_S, REST_S = 0.6, 0.3
-"""How the twin goes to the posture."""
+"""Durations of the twin's ramp to the posture and of its settling, s."""
 STEPS = 30
 HELD = Drive(stiffness=20.0, damping=0.1, limit=0.5)
-"""How its shafts are held: five times as stiff as by a servo, so that friction leaves them where they were sent."""
+"""Drive of the twin's shafts: five times as stiff as a servo, so that friction does not displace them."""
 
 
 TYPICAL, NONE = "typical", "none"
-"""Names of the two corrections that are no hand's own."""
+"""Names of the corrections that are independent of a unit."""
 
 
 def named_correction(name: str, settings: PolicySettings) -> Floats:
-    """Return the correction with this name, (7,), m, abduction rad: `typical`, `none`, or a unit's own.
+    """Return a correction by name, (7,), m, abduction rad: `typical`, `none`, or that of a unit.
 
     Args:
-        name: one of the two, or a unit as `model.units.plausible.unit_named` takes it.
-        settings: whose nominal grasp a unit's correction is measured at.
+        name: `typical`, `none`, or a unit name for `model.units.plausible.unit_named`.
+        settings: settings with the nominal grasp for the measurement of a unit's correction.
 
     Raises:
-        ValueError: there is no such unit.
+        ValueError: unknown unit.
     """
     if name == TYPICAL:
         return np.array(typical_correction())
@@ -59,9 +58,9 @@ def named_correction(name: str, settings: PolicySettings) -> Floats:
 
 
 def correction(unit: Unit, settings: PolicySettings) -> Floats:
-    """Return by how much longer each channel of `unit` must be commanded, (7,), m, abduction rad.
+    """Return the correction added to each command of `unit`, (7,), m, abduction rad.
 
-    Measured at the nominal posture of `settings`, against the unit `ideal`, which is what the map describes.
+    Measured at the nominal posture of `settings`, against the unit `ideal`, which matches the map.
 
     Raises:
         ArithmeticError: the physics diverged.
@@ -71,14 +70,14 @@ def correction(unit: Unit, settings: PolicySettings) -> Floats:
     twin, total = _twin(unit.hand), np.zeros(len(Channel))
     for _ in range(ROUNDS):
         lacking = _joints(twin, nominal + total) - wanted
-        lacking[Joint.THUMB_ABDUCTION] = 0.0  # its shaft is the joint itself
+        lacking[Joint.THUMB_ABDUCTION] = 0.0  # abduction has no cable
         total += codec.travel_from_joints(lacking)
     return total
 
 
 @lru_cache
 def _wanted(nominal: tuple[float, ...]) -> Floats:
-    """Return the joint angles, (16,), that the map believes in at `nominal`."""
+    """Return the joint angles, (16,), of the unit `ideal` at `nominal`."""
     return _joints(_twin(load_unit("ideal").hand), np.array(nominal))
 
 
@@ -91,7 +90,7 @@ def _twin(parameters: BuiltHandParameters) -> CompiledHand:
 
 
 def _joints(twin: CompiledHand, lengths: Floats) -> Floats:
-    """Return the joint angles, (16,), of a hand whose shafts go from its start to `lengths`."""
+    """Return the joint angles, (16,), after a ramp from the initial state to `lengths`."""
     codec, data = ActuationMap(), mujoco.MjData(twin.model)
     angles = codec.angles_from_travel(codec.travel_from_lengths(lengths))
     data.qpos[twin.joint_qpos] = twin.at_rest()[0]

@@ -1,8 +1,7 @@
-"""Conditions: how a healthy hand happens to be found, none of which is a fault.
+"""Initial conditions of a healthy hand: orientation, temperature, supply, host jitter, board limits, pretension.
 
-A hand lies on its back, stands on an arm or hangs; a room is cold or hot; the host is busy; another program has left
-its limits on the board; its cables are tighter or looser than on another day. `Conditions` says how one hand is found,
-`RANGES` how far and why hands differ in that, and `drawn` draws it. A validation must hold under all of them.
+Conditions are not faults: `Conditions` describes one hand, `RANGES` the variation and its reasons, and `drawn` draws
+conditions at random. A validation must hold under all of them.
 """
 
 from __future__ import annotations
@@ -22,36 +21,36 @@ from model.units import Unit
 
 @dataclass(frozen=True)
 class Conditions:
-    """How one hand is found; the defaults change nothing."""
+    """Initial conditions of one hand; the defaults are neutral."""
 
     tilt_rad: float = 0.0
-    """How far the hand is turned from lying on its back, rad; pi is palm down."""
+    """Tilt from palm up, rad; pi is palm down."""
     heading_rad: float = 0.0
-    """To which side it is turned, rad, about the normal of its palm."""
+    """Direction of the tilt about the normal of the palm, rad."""
     room_c: float | None = None
-    """Temperature of the room, °C; None leaves the unit's temperatures as they are."""
+    """Room temperature, °C; None keeps the unit's temperatures."""
     work: float = 0.0
-    """How warm the servos are from earlier work, 0 (as the room) to 1; counts with `room_c` only."""
+    """Warming of the servos by earlier work, 0 (room temperature) to 1; only with `room_c`."""
     supply_ratio: float | None = None
     """Supply voltage over nominal; None for the unit's own."""
     late_s: float = 0.0
-    """How late the host is at most before each write, s; each write is late by half of it to all of it."""
+    """Largest delay of a write by the host, s; each delay is between half of this value and this value."""
     torque: int | None = None
-    """Torque limit that another program has left on all channels, register units; None for the firmware's own."""
+    """Torque limit set on all channels by an earlier program, register units; None for the firmware's."""
     speed: int | None = None
-    """Speed limit that it has left, register units; None for the firmware's own."""
+    """Speed limit set on all channels by an earlier program, register units; None for the firmware's."""
 
     pretension_m: tuple[float, ...] = (0.0,) * len(Channel)
-    """How much tighter each cable is than the unit's on that day, m; (7,) in command order."""
+    """Shortening of each cable against the unit's, m; (7,) in command order."""
 
     @property
     def down(self) -> tuple[float, float, float]:
-        """Direction of gravity in the hand's frame, of length 1."""
+        """Direction of gravity in the hand's frame, unit vector."""
         side = math.sin(self.tilt_rad)
         return (side * math.cos(self.heading_rad), side * math.sin(self.heading_rad), -math.cos(self.tilt_rad))
 
     def applied(self, unit: Unit) -> Unit:
-        """Return the unit as it is under these conditions; the host and the board's limits are no part of it."""
+        """Return the unit under these conditions, without the host's delays and the board's limits."""
         hand, servos = unit.hand, unit.servos
         if self.tilt_rad:
             hand = dataclasses.replace(hand, down=self.down)
@@ -78,10 +77,10 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Spread:
-    """From where to where something lies, and why."""
+    """Range of one field of `Conditions`, with its reason."""
 
     kind: str
-    """Kind of condition that it belongs to; a kind is drawn as a whole."""
+    """Kind of condition; all fields of a kind are drawn together."""
     name: str
     low: float
     high: float
@@ -89,10 +88,10 @@ class Spread:
     logarithmic: bool = False
     whole: bool = False
     each: bool = False
-    """Whether each channel has its own."""
+    """True to draw one value a channel."""
 
     def draw(self, random: np.random.Generator) -> float | tuple[float, ...]:
-        """Draw evenly, or so that the logarithm is."""
+        """Draw uniformly, or log-uniformly if `logarithmic`."""
         if self.each:
             return tuple(random.uniform(self.low, self.high, len(Channel)).tolist())
         if self.logarithmic:
@@ -123,20 +122,20 @@ RANGES = (
     ),
 )
 KINDS = tuple(dict.fromkeys(span.kind for span in RANGES))
-"""Kinds of condition."""
+"""Kinds of condition, in the order of `RANGES`."""
 NOMINAL_V = 6.0
 IDLE_RISE_C = 15.0
-"""How much warmer than the room an energised servo without load settles, K (assumption)."""
+"""Steady temperature rise of an energised servo without load over the room, K (assumption)."""
 WORK_RISE_C = 15.0
-"""How much warmer than the room servos are after work, K (assumption; recorded in use were 26 to 58 °C)."""
+"""Temperature rise of servos after work over the room, K (assumption; recordings in use show 26 to 58 °C)."""
 COPPER_PER_K = 0.0039
-"""Rise of copper's resistance, per K: a warm motor has less torque at the same voltage."""
+"""Relative rise of copper's resistance, per K; a warm motor has less torque at equal voltage."""
 GREASE_PER_K = 0.01
-"""Fall of the gears' dry friction, per K (assumption: a fifth from 20 to 40 °C)."""
+"""Relative decrease of the gears' dry friction, per K (assumption: 20 % from 20 to 40 °C)."""
 
 
 def drawn(seed: int, kinds: Collection[str] = KINDS) -> Conditions:
-    """Return conditions of some kinds; a kind is drawn alike whether alone or with others.
+    """Return random conditions of some kinds; the draw of a kind does not depend on the others.
 
     Raises:
         ValueError: a kind is unknown.
