@@ -47,7 +47,7 @@ PAPER_RATE, PAPER_ENTROPY = Ramp(3e-4, 3e-4, 1), Ramp(1e-2, 1e-2, 1)
 
 @dataclass(frozen=True)
 class Redraw:
-    """How often the oldest hands of a batch give way to new ones."""
+    """Replacement rate of the oldest hands of a batch."""
 
     every: int
     """Updates of the networks between two redraws."""
@@ -96,7 +96,7 @@ class TrainingStage:
     steps: int
     """Environment steps."""
     rewarded: RewardSettings = PAPER_REWARD
-    """What is rewarded."""
+    """Reward settings."""
     action_rate: Ramp | None = None
     """Weight of the squared change of the action, if it changes within the stage."""
     turning: TurningWeight | None = None
@@ -104,7 +104,7 @@ class TrainingStage:
     drop_price: DropPrice | None = None
     """How the price of a drop follows the drops; None leaves it at the reward's."""
     actuation: ActuationRanges = IDEAL
-    """What the hand does to commands and readings."""
+    """Actuation between commands, cables and readings."""
     rows: tuple[RandomRow, ...] = ()
     """What is randomised besides the paper's table, on routed hands."""
     built: bool = False
@@ -202,7 +202,7 @@ class Recipe:
     stages: tuple[TrainingStage, ...]
     """One after another; each continues with the networks of the one before, and has its own best checkpoint."""
     goal: Goal = Goal()
-    """What checkpoints are chosen by."""
+    """Criterion for the choice of checkpoints."""
     environments: int = 256
     """Parallel environments."""
     minibatches: int = 4

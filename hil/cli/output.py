@@ -67,7 +67,7 @@ UNPRINTABLE = "backslashreplace"
 def _surviving(stream: TextIO) -> TextIO:
     """Return a surviving stream in place of Python's own; a test's stream is returned unchanged."""
     buffer = getattr(stream, "buffer", None)
-    raw = getattr(buffer, "raw", buffer)  # with PYTHONUNBUFFERED there is no buffer
+    raw = getattr(buffer, "raw", buffer)  # with PYTHONUNBUFFERED the raw stream is not buffered
     if not isinstance(stream, io.TextIOWrapper) or type(raw) is not io.FileIO:
         return stream
     stream.reconfigure(errors=UNPRINTABLE)

@@ -34,7 +34,7 @@ class Diagnosis:
     evidence: tuple[Finding, ...] = ()
     """Failed findings that the suspects explain."""
     unexplained: tuple[Finding, ...] = ()
-    """The other failed findings."""
+    """Failed findings that the suspects do not explain."""
     case: DiagnosisCase | None = None
     """Case opened by the run, or None if no failure points to a part."""
     step: NextStep | None = None

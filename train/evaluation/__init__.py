@@ -1,1 +1,1 @@
-"""How good a policy is: rotation, rate, survival, smoothness and cable travel over many episodes. NumPy and MuJoCo."""
+"""Evaluation of a policy: rotation, rate, survival, smoothness and cable travel. NumPy and MuJoCo."""

@@ -1,4 +1,4 @@
-"""What a hand is asked to do so that calibration can see its dynamics: steps, ramps and chirps, small to large.
+"""Excitation of a hand for calibration: steps, ramps and chirps, small to large.
 
 Every stream starts and ends with the open hand and stays inside `REACH`, where nothing of a healthy hand touches
 anything else or an end stop. The fingers move together, for they bend side by side; each channel of the thumb moves

@@ -1,4 +1,4 @@
-"""What calibration reads of a recording: commands, encoder counts, currents and temperatures with their times."""
+"""Calibration's view of a recording: commands, encoder counts, currents and temperatures with their times."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Trace:
     """One run of one hand. Arrays over channels are in command order, times in s on the recording's own clock."""
 
     name: str
-    """What reports call it."""
+    """Display name in reports."""
     t_command: NDArray[np.float64]
     """(n,) times of the position frames."""
     codes: NDArray[np.int64]
@@ -97,7 +97,7 @@ class Trace:
 
     @property
     def seconds(self) -> float:
-        """How long it lasts, s."""
+        """Duration, s."""
         return float(max(self.t_command[-1], self.t_read[-1]) - min(self.t_command[0], self.t_read[0]))
 
     def at_rest(self) -> NDArray[np.bool_]:

@@ -26,14 +26,14 @@ from train.identification.trace import Trace, closing_current_sign
 SETTLE_S = 0.5
 """How long the first command is held before the clock of the recording starts; a recording starts at rest, s."""
 READ = ("positions", "currents", "temperatures")
-"""What a recording reads, in this order."""
+"""Sensor series used by the fit, in this order."""
 HALF_A_DEGREE = 0.5
 """What a reading in whole degrees leaves out on average, degC."""
 
 
 @dataclass(frozen=True)
 class ReplayedTrace:
-    """What the emulated hand read where the recorded hand was read. Arrays as in `Trace`."""
+    """Readings of the emulated hand at the recorded times; arrays as in `Trace`."""
 
     counts: NDArray[np.float64]
     """(m, 7) servo counts."""

@@ -1,4 +1,4 @@
-"""How well fitted numbers are known: 95 % intervals from the slopes at the solution and what is believed before."""
+"""Uncertainty of fitted numbers: 95 % intervals from the slopes at the solution and the prior."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What the experiments share: how one is described, how a hand is driven, and operations on what was recorded."""
+"""Common parts of the experiments: description, motion of a hand, operations on recordings."""
