@@ -117,7 +117,7 @@ class Prices(NamedTuple):
     """Weights of the reward that may change between updates; both are negative."""
 
     fall: Array
-    """Reward per second for losing the cube."""
+    """Weight of losing the cube."""
     action_rate: Array
     """Weight of the squared change of the action."""
 

@@ -122,7 +122,7 @@ class Deployment:
     reference: str = ""
     """Result of a physical hand under these conditions, with the policy's name."""
     measured_rad_s: float | None = None
-    """Rotation rate of the physical hand with the `reference` policy, rad/s."""
+    """Rotation rate of the physical hand in `reference`, rad/s."""
 
     def run_settings(self, seconds: float) -> RunSettings:
         """Return the settings of the control loop, without the correction."""
