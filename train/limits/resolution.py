@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
@@ -20,7 +21,9 @@ from hil.checks.replay.check import DELAY_STEP_S
 from hil.checks.shared.declaration import Check
 from hil.checks.shared.signals import MILLI
 from hil.checks.staircase.check import Staircase
+from hil.checks.staircase.rise_time import MATCHED_FRACTION
 
+Floats = NDArray[np.float64]
 REGISTERS = {"A": CURRENT_A_PER_UNIT, "°C": 1.0, "of 40 steps": 1.0}
 """One quantum of the servos' current or temperature register, or one step, by unit."""
 
@@ -30,6 +33,8 @@ def resolution(check: Check, firmware: Iterable[str]) -> float:
     metric = JUDGED[check.experiment].metric(check.metric, check.subjects[0])
     if metric.unit == "ms":
         return _time_ms(check)
+    if check.metric == "take_up":  # slack to the last slack level
+        return max(_level_mm(version, check.subjects) for version in firmware)
     if metric.unit in REGISTERS:
         return REGISTERS[metric.unit]
     return max((_count(metric.unit, version, check.subjects) for version in firmware), default=0.0)
@@ -46,14 +51,27 @@ def _count(unit: str, firmware: str, subjects: tuple[str, ...]) -> float:
     """Return one servo count in `unit`, maximum over the channels; 0 for units without counts."""
     channels = [Channel[subject.upper()] for subject in subjects if subject != "hand"]
     codec = ActuationMap.for_firmware(firmware)
-    part = 1.0 / codec.window.spans_counts()
-    ends = codec.travel_from_angles(codec.angles_from_codes(np.outer([0, MAX_CODE], np.ones(len(Channel), int))))
-    travel = MILLI * part * np.abs(np.diff(ends, axis=0))[0]
+    part = np.ceil(MAX_CODE / codec.window.spans_counts()) / MAX_CODE  # a reading is a whole code, too
+    travel = part * _window_mm(codec)
     by_unit = {
         "mm": travel,
         "mrad": travel,
         "% of the window": 100.0 * part,
         "% of a nudge": 100.0 * part / NUDGE,
-        "%": 100.0 * part * Staircase().levels,  # of a step of the staircase
+        # Of the change of a step, which a hand under friction answers by this part of it at least.
+        "%": 100.0 * part * Staircase().levels / MATCHED_FRACTION,
     }
     return float(max(by_unit[unit][channel] for channel in channels)) if unit in by_unit else 0.0
+
+
+def _level_mm(firmware: str, subjects: tuple[str, ...]) -> float:
+    """Return the travel of one level of the staircase, mm, the largest of the channels."""
+    travel = _window_mm(ActuationMap.for_firmware(firmware)) / Staircase().levels
+    return float(max(travel[Channel[subject.upper()]] for subject in subjects))
+
+
+def _window_mm(codec: ActuationMap) -> Floats:
+    """Return the travel of each channel over its window, (7,), mm or mrad."""
+    ends = codec.travel_from_angles(codec.angles_from_codes(np.outer([0, MAX_CODE], np.ones(len(Channel), int))))
+    travel: Floats = MILLI * np.abs(np.diff(ends, axis=0))[0]
+    return travel
