@@ -9,5 +9,5 @@ from hil.verdict.validation import validate
 
 @pytest.fixture(scope="session")
 def validated():
-    with open_target(seed=3) as target:
+    with open_target(seed=3, homed=True) as target:
         return validate(target, (*DEFAULT, "short_staircase", "repeatability"))
