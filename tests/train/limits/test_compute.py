@@ -117,13 +117,13 @@ def test_a_firmware_with_few_readings_shares_the_limit_of_all():
     assert (shared.firmware, shared.readings, shared.healthy) == (("0.1.5",), 159, (0.0, 1058.0))
 
 
-def test_guarded_hands_with_few_readings_share_the_limit_of_guarded_hands():
+def test_guarded_hands_with_few_readings_share_the_limit_of_their_firmware():
     few = -1000.0 + STEPS[:40]
     groups = [
         hands(STEPS), hands(few, guarded=True), hands(STEPS, "0.1.5"), hands(few, "0.1.5", guarded=True),
     ]  # fmt: skip
     rows = [(limit.firmware, limit.guarded, limit.readings) for limit in computed_limits([ONE], groups)]
-    assert rows == [(("0.2.0",), False, 100), (("0.1.5",), False, 100), (("0.2.0", "0.1.5"), True, 80)]
+    assert rows == [(("0.2.0",), None, 140), (("0.1.5",), None, 140)]
 
 
 def test_a_check_with_few_readings_in_all_is_not_judged():
