@@ -22,6 +22,12 @@ def dead():
         return validate(target, ["audit", "excursion", "response", "staircase", "replay"])
 
 
+@pytest.fixture(scope="module")
+def validated():
+    with open_target(seed=1) as target:
+        return validate(target, ["staircase"])
+
+
 def test_a_channel_without_motion_is_one_sentence(dead):
     first = channel_sentences(dead)[0]
     assert first.startswith("Ring finger: does not move (0 % of a nudge, 0 mm of ")
