@@ -53,7 +53,8 @@ def test_a_reading_that_wears_is_reported_before_its_limit_and_the_limit_is_met_
     assert drift.per_month * way > 0.0
     assert drift.interval[0] <= drift.per_month <= drift.interval[1]
     left = 0.2 / 0.8 * 7.0 * (TIMES - 1)
-    assert left * 0.4 < drift.days_left < left * 2.0
+    # The limit is a fifth of the way off, and the trend of twenty noisy runs is known to about a tenth.
+    assert left * 0.2 < drift.days_left < left * 2.5
     assert "a month" in drift.sentence
     assert "limit of" in drift.sentence
 

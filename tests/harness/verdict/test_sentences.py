@@ -24,7 +24,7 @@ def dead():
 
 @pytest.fixture(scope="module")
 def validated():
-    with open_target(seed=1) as target:
+    with open_target(seed=1, homed=True) as target:
         return validate(target, ["staircase"])
 
 
