@@ -89,7 +89,7 @@ def _slow(unit: Unit, fault: Injection) -> Unit:
 
 
 def _all_servos(field: str, per_unit: float) -> Inject:
-    """Return an injector that adds to a delay of all servos; `per_unit` converts the severity to s."""
+    """Return an injector that lengthens a delay of all servos by the severity times `per_unit`, s."""
 
     def inject(assembly: HandAssembly, fault: Injection) -> Active:
         def longer(unit: Unit) -> Unit:

@@ -42,7 +42,7 @@ FOOTER = struct.Struct("<BQQQ")
 """Part of the footer under its checksum."""
 
 McapMessage = tuple[int, int, bytes]
-"""Channel, log time (ns) and content."""
+"""Message: channel, log time (ns) and content."""
 
 
 class ChunkWriter:

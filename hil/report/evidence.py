@@ -240,7 +240,7 @@ def _metric(finding: Finding) -> Metric | None:
 
 def _seconds(recording: Recording, subject: str, which: str, end: float) -> tuple[float, float]:
     """Return start and end, s, of the part of a recording that a finding refers to."""
-    # Lengths before codes, because codes of the thumb's coupled channels change with each other.
+    # Commanded lengths instead of codes, because the map couples the codes of the thumb's channels.
     name = "command" if has_samples(recording, "command") else "command_codes"
     if not has_samples(recording, name) or subject not in CHANNELS or which == "all":
         return 0.0, end

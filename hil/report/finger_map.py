@@ -56,7 +56,7 @@ def _verdict(validation: Validation, channel: Channel) -> ChannelVerdict:
         return ChannelVerdict("none", WORDS["none"], "no check of the channel was run")
     if not all(passed):
         words = f"{passed.count(False)} of {len(passed)} checks failed"
-        # What the evidence does not account for stays the channel's own.
+        # Failures that the diagnosis leaves unexplained count against the channel itself.
         if diagnosis.suspects and channel not in diagnosis.channels and not _unexplained(validation, channel):
             return ChannelVerdict("none", words, f"what failed there speaks for: {diagnosis.place}")
         return ChannelVerdict("fail", words)

@@ -118,7 +118,7 @@ def _postures(recording: Recording, name: str) -> Iterator[tuple[float, NDArray[
 
 
 def _findings(recording: Recording) -> Iterator[TimedEntry]:
-    """Return what is found in a recording that can be judged, nothing for another."""
+    """Yield the findings of a finished experiment; nothing for any other recording."""
     header = recording.header
     if header.experiment not in EXPERIMENTS or not header.finished:
         return
