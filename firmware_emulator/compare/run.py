@@ -16,6 +16,7 @@ from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import DEFAULT_VERSION, PROFILES
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
+from firmware_emulator.servo.parameters import HLS3606M, ServoParameters
 
 SAMPLE_S = 0.05
 """Sampling period of the shaft angles, s."""
@@ -30,6 +31,8 @@ class Contender:
     hand: HandSide
     version: str = DEFAULT_VERSION
     program: Path | None = None
+    servos: ServoParameters = HLS3606M
+    """Parameters of the emulated servos behind it."""
 
 
 def contender(name: str, hand: HandSide) -> Contender:
@@ -94,6 +97,7 @@ class Stage:
             hand=firmware.hand,
             start="bare",
             program=firmware.program,
+            servos=firmware.servos,
             nvs=_NotedNvs(self, session.stored),
         )
         self._all = list(self.hand.bus.servos)

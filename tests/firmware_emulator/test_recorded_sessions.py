@@ -4,12 +4,17 @@
 """
 
 import lzma
+import math
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from firmware_emulator.compare.run import compare, contender
 from firmware_emulator.compare.trace_file import TraceFileError, read_traces, write_traces
+from firmware_emulator.servo import servo
+from firmware_emulator.servo.parameters import HLS3606M
 
 TRACES = Path(__file__).parent / "traces"
 RECORDED = {
@@ -29,9 +34,35 @@ QUICK = {("pre", "right"), ("0.2.0", "right"), ("main", "left")}
 """In the default suite; the slow tests have all."""
 
 
+RECORDED_SERVOS = replace(
+    HLS3606M,
+    current_floor_ma=28.0,
+    current_rise_ma=32.0,
+    current_knee_counts=32.0,
+    current_blocked_counts=math.inf,
+)
+"""Emulated servos behind the real firmware in the recordings; its events hold their readings."""
+
+
+class RecordedWarmth(NamedTuple):
+    """Heating of the servos in the recordings: a rate that saturates with the current."""
+
+    case_c: float
+
+    def after(self, current_a, speed_counts, seconds, parameters):
+        square = current_a**2
+        final = parameters.rest_temperature_c + 0.15 * square / (square + 0.4**2) * parameters.cooling_s
+        return RecordedWarmth(final + (self.case_c - final) * math.exp(-seconds / parameters.cooling_s))
+
+
+@pytest.fixture(autouse=True)
+def recorded_warmth(monkeypatch):
+    monkeypatch.setattr(servo, "Warmth", RecordedWarmth)
+
+
 def differences(version, hand, path, *, kind=None):
     """What differs in each session, or each of a kind, in order; None where nothing does."""
-    firmware = contender(version, hand)
+    firmware = replace(contender(version, hand), servos=RECORDED_SERVOS)
     for recorded in read_traces(path):
         if kind not in (None, recorded.kind):
             continue
