@@ -1,8 +1,8 @@
 """An encoder that slips once, by the project's own fault, on guarded, homed hands: the tables of docs/safety.md.
 
 At a slip the servo moves until its encoder reads the goal again. So the guard sees a jump that the next readings take
-back, and then a hand in order whose finger is off by the slip. A known command shows it: closed to its end, the finger
-holds against its stop, with a current that is the slip's.
+back, and then a hand in order whose finger is off by the slip. Closed to its end, the finger holds against its stop,
+with a current that shows a large slip towards open.
 
 `SLIP_UNITS=5 pytest -s -m slow tests/safety/test_slips.py`
 """
@@ -67,16 +67,20 @@ class Slipping:
 
 
 @pytest.mark.parametrize("counts", [-400, 400])
-def test_a_slip_of_400_counts_at_rest_is_not_noticed_and_a_known_command_shows_it(counts):
-    """The figures of the unit `plausible:0`: 1.53 A when it is healthy, and it is stopped for its current at -400."""
+def test_a_slip_of_400_counts_at_rest_is_not_noticed_and_a_known_command_shows_it_in_one_direction(counts):
+    """Figures of the unit `plausible:0`, firmware 0.2.0.
+
+    Towards open, a known command stops the finger for its current. Towards closed, five seeds read 1.31 to 1.60 A, and
+    1.44 to 1.77 A of the healthy hand: the friction of each motion hides the slip.
+    """
     slipped, healthy = Slipping(0, counts), Slipping(0, 0)
     assert not slipped.stopped
     assert not healthy.stopped
-    assert healthy.current_a == pytest.approx(1.53, abs=0.1)
+    assert 1.3 < healthy.current_a < 1.9
     if counts < 0:
         assert slipped.current_a == np.inf
     else:
-        assert healthy.current_a - slipped.current_a == pytest.approx(0.105, abs=0.05)
+        assert 1.2 < slipped.current_a < 1.9
 
 
 def test_a_slip_of_900_counts_at_rest_is_noticed():
@@ -93,11 +97,11 @@ def test_which_slips_are_noticed(moment):
 
 
 @pytest.mark.slow
-def test_which_slips_the_current_of_a_known_command_shows():
+def test_slips_of_at_most_50_counts_are_hidden_in_the_current_of_a_known_command():
     """Beside the same hand when it was healthy, whose other runs say how far it repeats itself."""
     for seed in range(UNITS):
         healthy = [Slipping(seed, 0, noise=noise).current_a for noise in range(1, 6)]
         mean, spread = np.mean(healthy), np.ptp(healthy)
         shown = {counts: round(float(Slipping(seed, counts).current_a - mean), 3) for counts in SMALL}
         print(f"plausible:{seed} healthy {mean:.3f} A, spread {spread:.3f} A, slipped {shown}")
-        assert all(abs(change) > spread for change in shown.values())
+        assert all(abs(change) < spread for counts, change in shown.items() if abs(counts) <= 50)

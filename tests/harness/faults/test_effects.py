@@ -45,7 +45,7 @@ LEAST = {
         **dict.fromkeys(("power_cycle", "board_hangs", "link_hangs_up", "command_lost"), 0.3),
         "encoder_play": 0.02,
         "encoder_creep": 0.01,
-        "encoder_quantised": 0.01,
+        "stop_gone": 0.3,
         "command_delayed": 0.3,
         "command_doubled": 0.1,
         "command_bit_flipped": 0.1,
@@ -54,8 +54,8 @@ LEAST = {
         ("slow_turnaround", "servo_silent", "answers_damaged", "position_garbage", "reply_stale", "reply_bit_flipped"),
         1000,
     )
-    | {"position_coarse": 200},
-    "currents": {"encoder_noise": 1.0, "stop_gone": 0.4, "current_wrong": 1.0},  # A
+    | {"position_coarse": 200, "encoder_quantised": 500},
+    "currents": {"encoder_noise": 1.0, "current_wrong": 1.0},  # A
     "temperatures": {"temperature_wrong": 35},  # °C
     "failures": dict.fromkeys(
         (
