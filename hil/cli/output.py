@@ -14,9 +14,9 @@ import click
 from aero.printable import printable
 
 
-def echo(text: object = "", *, err: bool = False) -> None:
-    """Print a line."""
-    click.echo(printable(str(text)), err=err)
+def echo(text: object = "", *, err: bool = False, nl: bool = True) -> None:
+    """Print a line, or a part of one without the line feed `nl`."""
+    click.echo(printable(str(text)), err=err, nl=nl)
 
 
 CLOSED = {errno.EPIPE, errno.EIO, errno.EBADF}

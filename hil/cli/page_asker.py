@@ -15,9 +15,8 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING
 
-import click
-
 from aero.clock import Clock
+from hil.cli.output import echo
 from hil.cli.terminal_asker import TerminalAsker
 from hil.cli.viewing import viewing
 from hil.targets.asker import Answer, CaseShown, Choice, Motion, Question
@@ -116,13 +115,13 @@ class PageAsker(TerminalAsker):
 
     def read_line(self, legend: str) -> str:
         """Return the first typed or clicked line; a partly typed one is dropped after a click."""
-        click.echo(f"{legend}> ", nl=False)
+        echo(f"{legend}> ", nl=False)
         while True:
             with suppress(Empty):
                 number, line = self._answered.get_nowait()
                 if number == self._number:
                     self._drop_typed()
-                    click.echo(f"{line} (on the page)")
+                    echo(f"{line} (on the page)")
                     return line
                 continue  # answer to an earlier question
             if b"\n" in self._typed:

@@ -70,6 +70,11 @@ DOING_WIDTH, BAR_WIDTH = 38, 16
 """Widths of description and bar, characters; with percentage and remaining time they fill 80."""
 
 
+def plain(template: str) -> TextColumn:
+    """Return a text column of a progress bar without markup."""
+    return TextColumn(template, markup=False)
+
+
 def description() -> TextColumn:
     """Return the description column of a progress bar, truncated with an ellipsis."""
     column = Column(no_wrap=True, overflow="ellipsis", max_width=DOING_WIDTH)

@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 from rich.console import Console
-from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn
+from rich.progress import BarColumn, TaskID, TaskProgressColumn
 
-from hil.cli.terminal import BAR_WIDTH, ProgressBar, description
+from hil.cli.terminal import BAR_WIDTH, ProgressBar, description, plain
 from hil.targets.asker import Answer, CaseShown, Choice, Motion, Question
 
 
@@ -67,7 +67,7 @@ class TerminalAsker:
     def progress(self, part: float, doing: str, left_s: float) -> None:
         """Update the bar, which is shown from the first call until the motion ends."""
         if self._bar is None:
-            time_left = TextColumn("{task.fields[left]}", markup=False)
+            time_left = plain("{task.fields[left]}")
             bar = ProgressBar(description(), BarColumn(bar_width=BAR_WIDTH), TaskProgressColumn(), time_left)
             self._bar = bar, bar.add_task("", total=1.0, left="")
             bar.start()

@@ -14,6 +14,7 @@ MODULES = {"np", "numpy", "lzma", "gzip", "os", "io", "pickle"}
 ITS_OWN_WAY = {
     "aero/regular_file.py": "the door",
     "aero/policy/own_process.py": "pipes of its own process",
+    "aero/safety/standby.py": "/proc",
     "aero/whole_file.py": "drafts, and what is copied over a mount",
     "firmware_emulator/compare/trace_file.py": "may import nothing of ours; refuses what is not a file",
     "firmware_emulator/firmware/nvs.py": "may import nothing of ours; refuses what is not a file",
@@ -28,6 +29,7 @@ ITS_OWN_WAY = {
     "hil/cli/doctor/hand.py": "/proc",
     "hil/recordings/provenance.py": "a file of the installation",
     "hil/recordings/output.py": "locks a folder",
+    "train/shipped.py": "files of the checkout",
 }
 
 

@@ -27,13 +27,13 @@ def guarded():
 )
 def test_one_line_says_what_moves_how_long_and_what_stops_it(guarded, furthest, seconds, said):
     rest = " Keep clear. Ctrl-C opens the hand. It stops at 3.5 A or 60 °C."
-    assert before_moving(guarded, furthest, seconds) == said + rest
+    assert before_moving(guarded, furthest, seconds).text == said + rest
 
 
 def test_nothing_moves(guarded):
-    assert before_moving(guarded, OPEN, 1.0) == "Nothing will move."
+    assert before_moving(guarded, OPEN, 1.0).text == "Nothing will move."
 
 
 def test_an_unguarded_hand_has_nothing_that_stops_it():
     with open_target() as target:
-        assert "not guarded" in before_moving(target, FULLY, 10.0)
+        assert "not guarded" in before_moving(target, FULLY, 10.0).text

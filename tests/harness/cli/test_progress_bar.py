@@ -11,6 +11,7 @@ from hil.checks import EXPERIMENTS
 from hil.cli import main
 from hil.cli.terminal import LINE_S, ProgressBar
 from hil.cli.validation_run import RunProgress
+from hil.view.feed import Observer
 
 
 def watched(*, terminal, lines=True):
@@ -50,7 +51,7 @@ def test_a_validation_is_one_bar_over_the_whole_run_in_80_columns():
     page, chosen = io.StringIO(), [EXPERIMENTS[name] for name in ("presence", "staircase", "excursion")]
     console = Console(file=page, force_terminal=True, width=80)
     with ProgressBar(console=console, auto_refresh=False, lines=False) as bar:
-        along, parts = RunProgress(bar, chosen), []
+        along, parts = RunProgress(bar, chosen, Observer()), []
         for done in (0.0, 0.5, 1.0):
             along.step(done, "something that takes long to say, and more")
             bar.refresh()

@@ -66,7 +66,7 @@ def test_a_fault_is_found_where_a_check_fails_and_what_is_said_of_it_is_compared
 
 def test_where_and_why_are_judged_by_the_present_rules():
     """A stored campaign is judged anew, whatever was said of its hands when they ran."""
-    assert set(told(faulty(4.0, suspects=("DIGIT/ring",)))) == {"SERVO/index", "DIGIT/index"}
+    assert set(told(faulty(4.0, suspects=("DIGIT/ring",)))) == {"SERVO/index", "DIGIT/index", "SETUP"}
 
 
 def test_a_run_that_an_error_ended_keeps_what_was_said_of_it():
