@@ -33,7 +33,7 @@ def run_text(validation: Validation, report: str) -> Iterator[Text]:
         return
     yield Text(f"{heading}; {validation.tally.words}; {seconds}", style="bold")
     if (end := validation.end.finding) is not None:
-        yield Text(f"{end.sentence}. {end.meaning}")
+        yield Text(f"{end.check[0].upper()}{end.check[1:]} {end.measured}: {end.meaning}")
     for line in failing_lines(validation):
         yield Text(line)
     diagnosis = validation.diagnosis

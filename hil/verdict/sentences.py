@@ -27,7 +27,11 @@ def channel_sentences(run: Validation) -> tuple[str, ...]:
     strongest = {subject: sorted(found, key=strength, reverse=True) for subject, found in of.items()}
     order = sorted(of, key=lambda subject: (subject not in suspected, -strength(strongest[subject][0])))
     still = {one.subject for one in run.withheld if one.why is Why.NO_MOTION}
-    return tuple(_sentence(subject, strongest[subject], still=subject in still) for subject in order)
+    groups: dict[object, list[str]] = {}
+    for subject in order:
+        checks = {finding.check for finding in of[subject]}
+        groups.setdefault(checks.pop() if len(checks) == 1 else (subject,), []).append(subject)
+    return tuple(_sentence(alike, strongest[alike[0]], still=alike[0] in still) for alike in groups.values())
 
 
 def strength(finding: Finding) -> float:
@@ -35,9 +39,11 @@ def strength(finding: Finding) -> float:
     return 0.0 if finding.excess is None else abs(finding.excess)
 
 
-def _sentence(subject: str, findings: Sequence[Finding], *, still: bool) -> str:
-    words = subject_words(subject)
-    text = f"{words[0].upper()}{words[1:]}: "
+def _sentence(subjects: Sequence[str], findings: Sequence[Finding], *, still: bool) -> str:
+    """Return the sentence of one subject, or of several that failed one check alone; the strongest is first."""
+    words = subject_words(subjects[0])
+    others = f" and {len(subjects) - 1} more" if len(subjects) > 1 else ""
+    text = f"{words[0].upper()}{words[1:]}{others}: "
     for number, clause in enumerate(_clauses(findings, still=still)):
         if number and len(text) + len(clause) > LENGTH:
             break

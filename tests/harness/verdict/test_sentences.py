@@ -68,3 +68,15 @@ def test_a_second_reading_of_one_kind_adds_nothing(validated):
     assert metrics["friction"] in sentence
     assert "travel when swept alone" not in sentence
     assert len(sentence) <= LENGTH + 80
+
+
+def test_channels_that_fail_one_check_alone_share_a_sentence(validated):
+    result = validated.results["staircase"]
+    bad = tuple(
+        replace(one, passed=False, excess=5.0)
+        if one.check == "friction" and one.subject in {"index", "ring", "pinky"}
+        else one
+        for one in result.findings
+    )
+    (sentence,) = channel_sentences(Validation({"staircase": replace(result, findings=bad)}, FINISHED, 0.0))
+    assert sentence.startswith("Index finger and 2 more: friction")
