@@ -11,7 +11,7 @@ import numpy as np
 
 from aero.channels import WIRE_ORDER, Channel
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
-from hil.checks.shared.declaration import Metric
+from hil.checks.shared.declaration import EvidenceKind, Metric
 from hil.checks.shared.experiment import Experiment, Measuring, reading
 from hil.checks.shared.lateness import LATE_S, OFTEN, THROUGHOUT, VERY_LATE_S, held_up, longest, part_late
 from hil.checks.shared.signals import find_steps, own_stretch
@@ -31,7 +31,7 @@ from hil.verdict.motion import still_channels, without_motion
 from hil.verdict.observations import observations
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
-from hil.verdict.suspects import Isolation, RunSigns, isolate
+from hil.verdict.suspects import THUMB, Isolation, RunSigns, isolate
 
 BAD_S = 0.05
 """Threshold of this computer's scheduling delay, s; above it a stretch counts as busy."""
@@ -43,6 +43,7 @@ A stretch is one channel, or the hand, in one experiment.
 
 
 SEE_PLOTS = "See the readings and plots of the report, then validate again."
+HOME_AGAIN = "Home the hand again, twice, then validate again: only the travel of the thumb is off."
 LOOK_CLOSER = "Switch the supply off, compare the digit's cable and springs with its neighbour's, then look again."
 ON_VIRTUAL_TIME = "emulated"
 """Target name of a hand in this process, whose virtual clock waits for the program."""
@@ -257,7 +258,7 @@ def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path |
         return finding.subject in explained or finding == run.end.finding
 
     still = {one.subject for one in run.withheld if one.why is Why.NO_MOTION}
-    off, proposal = failed(run.findings), case.next_step
+    off = failed(run.findings)
     ran = sorted(run.results.items(), key=lambda one: one[1].recording.header.started)
     recordings = {name: result.recording for name, result in ran}
     return replace(
@@ -272,7 +273,24 @@ def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path |
         evidence=tuple(finding for finding in off if speaks(finding)),
         unexplained=tuple(finding for finding in off if not speaks(finding)),
         case=case,
-        step=_action(run) if proposal is None else NextStep(proposal.text, command_of_case(run.header, folder)),
+        step=_step(run, case, folder),
+    )
+
+
+def _step(run: Validation, case: DiagnosisCase, folder: Path | None) -> NextStep:
+    """Return the next step of a case; for a thumb that may have homed badly, the homing that precedes any case."""
+    if run.end.error is None and run.header is not None and homed_badly(case.before):
+        return NextStep(HOME_AGAIN, command_again(run.header))
+    if (proposal := case.next_step) is None:
+        return _action(run)
+    return NextStep(proposal.text, command_of_case(run.header, folder))
+
+
+def homed_badly(failures: Failures) -> bool:
+    """Return whether only travel of the thumb is off, as after a homing that ended short of a stop."""
+    thumb = {channel.label for channel in THUMB}
+    return bool(failures.pieces) and all(
+        piece.kind is EvidenceKind.TRAVEL and piece.subject in thumb for piece in failures.pieces
     )
 
 

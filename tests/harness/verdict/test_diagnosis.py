@@ -7,6 +7,8 @@ import pytest
 from hil import open_target
 from hil.recordings.recording import Header
 from hil.verdict.diagnosis import command_again, command_of_case
+from hil.verdict.failures import Failures
+from hil.verdict.judge import homed_badly
 from hil.verdict.validation import validate
 
 
@@ -40,3 +42,17 @@ def test_what_most_channels_share_is_said_once():
     assert said.place == "parts that all digits share"
     assert "everal digits fail" in said.sentence
     assert "readings of the" not in said.sentence
+
+
+@pytest.mark.parametrize(
+    ("off", "badly"),
+    [
+        ({("staircase", "excursion_hand", "thumb_flexor"): -2.0}, True),
+        ({("staircase", "excursion_hand", "thumb_flexor"): -2.0, ("audit", "followed", "thumb_abduction"): 3.0}, True),
+        ({("staircase", "excursion_hand", "thumb_flexor"): -2.0, ("staircase", "spring", "thumb_flexor"): 3.0}, False),
+        ({("staircase", "excursion_hand", "ring"): -2.0}, False),
+        ({}, False),
+    ],
+)
+def test_travel_of_the_thumb_alone_asks_for_another_homing(off, badly):
+    assert homed_badly(Failures(off, frozenset(off))) is badly
