@@ -21,6 +21,14 @@ ASKS = "> "
 """End of a prompt."""
 SHOWN_S = 30
 """Longest time until a hand shows what was done to it, s."""
+BENT = {
+    "Swing the thumb": Channel.THUMB_ABDUCTION,
+    "thumb by hand at its base": Channel.THUMB_CMC_FLEXION,
+    "tip of the thumb": Channel.THUMB_FLEXOR,
+}
+"""Channels of the thumb as a person is told to bend them."""
+MOST_PROMPTS = 60
+"""Prompts after which an owner gives up, as where this computer is busy in each run."""
 DOES = (
     (r"Exchange the servo", "exchange_servos {0} {1}"),
     (r"reseat every plug", "power_off;replace bus;power_on"),
@@ -95,9 +103,11 @@ def diagnosed(folder, link, hand, *, named=""):
         [sys.executable, "-m", "aero_hil", "diagnose", str(folder), "--hil", str(link)],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment(),
     ) as process:  # fmt: skip
-        said = ""
+        said, prompts = "", 0
         while (prompt := _until_asked(process.stdout)).endswith(ASKS):
             said += prompt
+            prompts += 1
+            assert prompts < MOST_PROMPTS, said
             step = re.sub(r"\s+", " ", said.rpartition("next step")[2])
             process.stdin.write(f"{_answer(hand, prompt, step, named)}\n")
             process.stdin.flush()
@@ -125,10 +135,6 @@ def _answer(hand, prompt, step, named):
 
 
 def _words(table, text):
-    named = sorted(
-        (text.find(subject_words(channel.label)), channel.label)
-        for channel in Channel
-        if subject_words(channel.label) in text
-    )
-    digits = [label for _, label in named]
+    names = {**{subject_words(channel.label): channel for channel in Channel}, **BENT}
+    digits = [names[name].label for name in sorted(names, key=text.find) if name in text]
     return next((words.format(*digits) for pattern, words in table if re.search(pattern, text)), "")
