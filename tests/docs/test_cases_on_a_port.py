@@ -14,6 +14,7 @@ from firmware_emulator.servo.models import REGISTERS
 
 pytestmark = pytest.mark.slow
 SHORT = ("--only", "presence", "--only", "audit", "--only", "excursion")
+BUS_BAUD = 1_000_000
 NAMED = "0.2.0, for a right hand"
 
 
@@ -61,7 +62,7 @@ def leave_a_limit(bus):
     one, other = window.extend_counts[Channel.RING], window.grasp_counts[Channel.RING]
     stop = round(one + 0.5 * (other - one))
     low, high = (0, stop) if other > one else (stop, 4095)
-    port = SerialTransport.open(str(bus))
+    port = SerialTransport.open(str(bus), BUS_BAUD)
     for register, value in (("lock", 0), ("min_angle", low), ("max_angle", high), ("lock", 1)):
         row = REGISTERS[register]
         body = [WIRE_ORDER.index(Channel.RING), 3 + row.size, 3, row.address, *value.to_bytes(row.size, "little")]
