@@ -27,8 +27,7 @@ from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import CASE, StoredCase, read_case, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.diagnosis import NextStep
-from hil.verdict.failures import HANDS_FAULT, RUN
-from hil.verdict.findings import failed
+from hil.verdict.failures import RUN
 from hil.verdict.judged_run import Validation
 from hil.verdict.rerun import Plan, rerun
 from hil.verdict.run_end import EndKind
@@ -217,10 +216,6 @@ class CaseSession:
         write_results(replace(run, diagnosis=replace(run.diagnosis, case=None, step=go_on)), folder)
         if run.end.kind is EndKind.INTERRUPTED and run.end.error is not None:
             raise run.end.error
-        # A repair at one channel does not prove the rest of the hand good; a busy computer is not a check.
-        others = [one for one in failed(run.findings) if run.end.kind in HANDS_FAULT or one != run.end.finding]
-        if outcome in (StepOutcome.GONE, StepOutcome.FREED) and others:
-            note = "; ".join(filter(None, (note, f"elsewhere {len(others)} checks fail still")))
         return outcome, note
 
     def _motion(self, proposal: Proposal) -> Motion:

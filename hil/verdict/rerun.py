@@ -11,12 +11,13 @@ from aero.channels import Channel
 from aero.errors import AeroError
 from aero.firmware import firmware_of
 from aero.safety import SafetyStopError
-from hil.checks import EXPERIMENTS
+from hil.checks import ALIKE, EXPERIMENTS
 from hil.checks.shared.lateness import VERY_LATE_S
 from hil.targets.hand_spec import HOMINGS
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, Proposal, outcome_of
 from hil.verdict.failures import HANDS_FAULT, Failures
+from hil.verdict.findings import failed
 from hil.verdict.judge import Judge
 from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import SAYS_NOTHING, EndKind
@@ -127,8 +128,16 @@ def rerun(
         _prepare(target, plan, 0, course)
         run = _run(target, plan.more, folder, course)
         outcome = outcome_of_run(judge, case.before, proposal, run)
+    if outcome is StepOutcome.GONE and _fails(run):
+        outcome = StepOutcome.PARTLY
     progress(1.0, "done", 0.0)
     return StepOutcome.FREED if freed and outcome is StepOutcome.GONE else outcome, run
+
+
+def _fails(run: Validation) -> bool:
+    """Return whether a check fails; a busy computer is none, and a hand that has worked is warmer than at first."""
+    busy = run.end.finding if run.end.kind not in HANDS_FAULT else None
+    return any(one != busy and one.experiment != ALIKE.name for one in failed(run.findings))
 
 
 def _run(target: Target, names: Sequence[str], folder: Path | None, course: _Course) -> Validation:

@@ -1,7 +1,6 @@
 """`aero-hil diagnose` goes through the steps of a case, and ends with the part that one has convicted."""
 
 import html
-import re
 from contextlib import contextmanager
 
 import pytest
@@ -78,17 +77,6 @@ def test_a_hand_that_is_gone_with_its_program_is_refused(target, folder):
     ended = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", target])
     assert ended.exit_code == Exit.USAGE
     assert "leave it out" in ended.output
-
-
-def test_where_other_checks_fail_still_it_is_said_with_what_is_gone(folder, monkeypatch):
-    with open_target(faults=[parse_fault("motor_dead:index")]) as target:
-        run = validation.validate(target, ["audit"])
-    monkeypatch.setattr(case_session, "open_hand", emulated)
-    monkeypatch.setattr(case_session, "rerun", lambda *_, **__: (StepOutcome.GONE, run))
-    diagnosed(folder, "n\n\n")
-    (done,) = read_case(folder).case.done
-    assert re.fullmatch(r"elsewhere \d+ checks fail still", done.note)
-    assert done.note in (folder / "case.html").read_text()
 
 
 def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):

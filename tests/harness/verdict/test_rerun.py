@@ -60,6 +60,16 @@ def test_gone_is_what_the_whole_first_run_does_not_show(ran, expected):
     assert outcome is expected
 
 
+def test_nothing_is_gone_while_another_check_fails():
+    """The command ended with 0 once beside "elsewhere 1 checks fail still"."""
+    with open_target(homed=True, faults=[parse_fault("motor_dead:ring")]) as target:
+        case = validate(target, ["audit"]).diagnosis.case
+    with open_target(homed=True, faults=[parse_fault("motor_dead:index")]) as target:
+        outcome, run = rerun(target, case, AGAIN)
+    assert outcome is StepOutcome.PARTLY
+    assert not run.passed
+
+
 def test_a_mended_hand_shows_it_no_more():
     with open_target(homed=True, faults=[parse_fault("motor_dead:ring")]) as target:
         case = validate(target, GENTLE).diagnosis.case
