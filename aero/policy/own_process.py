@@ -17,6 +17,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from importlib.machinery import PathFinder
 from importlib.util import module_from_spec
+from io import TextIOWrapper
 from pathlib import Path
 from queue import SimpleQueue
 from types import ModuleType
@@ -46,6 +47,9 @@ def main(name: str) -> None:
     questions, answers = os.fdopen(os.dup(0), encoding="utf-8"), os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # `input()` in the policy would read our lines
     os.dup2(2, 1)
+    # The process may exit without flushing, when its input ends during an action.
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)
 
     def answer(content: Any, *, word: str = "") -> None:
         answers.write(f"{word}{json.dumps(content)}\n")

@@ -1,6 +1,7 @@
 """The comparison of the bench, with times that are given instead of measured."""
 
 import runpy
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -44,6 +45,10 @@ def test_one_slow_run_is_not_slower(bench, second):
     assert not bench["is_slower"]([1.5, second])
 
 
+needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
+
+
+@needs_git
 def test_the_other_commit_is_checked_out_and_removed_again(bench):
     with bench["checked_out"]("HEAD") as tree:
         assert (tree / "hil" / "__init__.py").is_file()
@@ -54,6 +59,7 @@ def test_the_other_commit_is_checked_out_and_removed_again(bench):
     assert head.strip()
 
 
+@needs_git
 def test_an_unknown_commit_is_one_line(bench):
     with (
         pytest.raises(click.UsageError, match="cannot check out no-such-commit"),
