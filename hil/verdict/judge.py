@@ -127,8 +127,8 @@ class Judge:
             run: the run.
             folder: where its case is written; the latest run's when None.
         """
-        run = without_motion(run, still_channels(run.numbers, self.limits))
-        run = _busy(replace(run, driver=self.driver(run), alike=self.alike(run.results)))
+        run = replace(run, driver=self.driver(run), alike=self.alike(run.results))
+        run = _busy(without_motion(run, still_channels(run.numbers, self.limits)))
         return run if run.passed else replace(run, diagnosis=self.diagnosis(run, folder))
 
     def diagnosis(self, run: Validation, folder: Path | None = None) -> Diagnosis:

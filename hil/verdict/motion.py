@@ -49,11 +49,15 @@ def without_motion(run: Validation, still: Collection[Channel]) -> Validation:
     labels = {channel.label for channel in still}
 
     def applies(finding: Finding) -> bool:
-        needs = role_of(finding.experiment, finding.check, finding.subject) is MotionRole.NEEDED
+        role = role_of(finding.experiment, finding.check, finding.subject)
+        if role is MotionRole.NEEDED_OF_ALL:
+            return not labels
+        needs = role is MotionRole.NEEDED
         whole = finding.subject == "hand" and finding.excess is None and bool(labels)
         return not (needs and (finding.subject in labels or whole))
 
-    return replace(run, results={name: _kept(result, applies) for name, result in run.results.items()})
+    alike = None if run.alike is None else _kept(run.alike, applies)
+    return replace(run, results={name: _kept(result, applies) for name, result in run.results.items()}, alike=alike)
 
 
 def _kept(result: Result, applies: Callable[[Finding], bool]) -> Result:

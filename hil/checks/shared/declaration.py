@@ -8,7 +8,7 @@ The subjects of a group have like readings, so they share one limit, computed by
 | `evidence` | `EvidenceKind` of a judged number: two numbers of one kind are one piece of evidence |
 | `words` | its name for people; the name with blanks when left out |
 | `unit` | as people read it; `length` stands for mm, and mrad on the abduction |
-| `motion` | `measured` by it, on the channel; or `needed`: without it the number has no meaning, and is not judged |
+| `motion` | `measured` by it, on its channel; `needed` there or `needed_of_all`: otherwise the number is not judged |
 | `says` | of a person's answer: the words for 0, 1, 2 and so on |
 | `end_of_scale` | reading at which the board clamps: what is really there may be anything beyond |
 | `side` | which side of the healthy readings is a fault: `above`, `below` or `both` |
@@ -94,6 +94,8 @@ class MotionRole(Enum):
     """Distance that the channel moved."""
     NEEDED = "needed"
     """Quantity that only a moving channel has."""
+    NEEDED_OF_ALL = "needed_of_all"
+    """Comparison with the other channels, valid if all of them move."""
 
 
 @dataclass(frozen=True)

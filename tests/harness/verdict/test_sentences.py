@@ -44,6 +44,15 @@ def test_what_needs_motion_is_not_judged_on_a_channel_without(dead):
     assert {subject for _, subject in gone} == {"ring", "hand"}
 
 
+def test_a_channel_without_motion_makes_no_other_servo_warm():
+    """Homing warms the servos that move, and five good fingers were said to be too warm beside a dead motor."""
+    with open_target(seed=1, homed=True, faults=[parse_fault("motor_dead:ring")]) as target:
+        run = validate(target, ["presence", "audit"])
+    assert run.alike is not None
+    assert not run.alike.findings
+    assert {finding.subject for finding in failed(run.findings)} == {"ring"}
+
+
 @pytest.mark.parametrize(("followed", "travel", "still"), [(0.0, 0.0, True), (4.0, 1.0, True), (0.0, 44.0, False)])
 def test_a_channel_is_without_motion_if_no_measurement_shows_any(followed, travel, still):
     limits = (
