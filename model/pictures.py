@@ -1,4 +1,4 @@
-"""Pictures of a hand, and of one that turns a cube. Needs OpenGL; on a machine without display set `MUJOCO_GL=egl`."""
+"""Pictures of a hand, alone or with the cube. OpenGL is required; set `MUJOCO_GL=egl` on a machine without display."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from model.routed import build_routed
 from model.scene import CUBE, Cube, add_cube, add_light
 
 Picture = NDArray[np.uint8]
-"""(height, width, 3) RGB."""
+"""RGB image, (height, width, 3)."""
 WIDTH, HEIGHT, DPI = 1500, 1000, 100
 FILM_WIDTH, FILM_HEIGHT = 480, 360
 CAMERA = ((0.100, 0.004, -0.005), 0.235, -20.0, -55.0)
 FILM_CAMERA = ((0.115, 0.008, 0.0), 0.25, 155.0, -36.0)
-"""Point looked at (world frame, m), distance, m, azimuth and elevation in MuJoCo's degrees, for a right hand; a left
-one is seen in the mirror."""
+"""Target point (world frame, m), distance, m, azimuth and elevation (MuJoCo's, degrees) for a right hand; mirrored for
+a left one."""
 LEGEND: tuple[tuple[str, Rgba], ...] = (
     ("cable of a servo", CABLE_RGBA["actuation"]),
     ("coupling of PIP and DIP", CABLE_RGBA["coupling"]),
@@ -43,19 +43,19 @@ STICKERS: dict[tuple[int, int, int], Rgba] = {
     (0, 0, 1): (0.95, 0.95, 0.95, 1.0),
     (0, 0, -1): (0.95, 0.85, 0.15, 1.0),
 }
-"""Colour on each face, by its outward direction: a turn and its direction can be seen, as on the puzzle."""
+"""Colour of each face by its outward normal, as on a puzzle cube, to make the direction of a rotation visible."""
 BLACK: Rgba = (0.12, 0.12, 0.13, 1.0)
 """Colour of the cube between its stickers."""
 STICKER_FRACTION, STICKER_THICKNESS = 0.8, 0.2e-3
-"""Of a face's width; m."""
+"""Side of a sticker over the side of the cube; its thickness, m."""
 
 
 def picture(spec: mujoco.MjSpec, side: Side = "right") -> Picture:
-    """Draw the palm of a hand that is about to take something, (HEIGHT, WIDTH, 3).
+    """Draw the palm of a hand in the half-open `POSE`, (HEIGHT, WIDTH, 3).
 
     Args:
-        spec: a hand; a copy of it is lit and compiled.
-        side: which hand it is.
+        spec: the hand, which is copied.
+        side: side of the hand.
     """
     lit = spec.copy()
     add_light(lit)
@@ -90,8 +90,8 @@ def frames(positions: NDArray[np.float64], side: Side = "right", cube: Cube = CU
     Args:
         positions: (frames, 23): joint angles, rad, in the order of `Joint`, then the cube's position, m, and
             orientation, unit quaternion w x y z, in the world frame.
-        side: which hand.
-        cube: what it turns.
+        side: side of the hand.
+        cube: the cube to draw.
     """
     spec = build_routed(side)
     add_stickers(add_cube(spec, cube), cube)
@@ -105,7 +105,7 @@ def frames(positions: NDArray[np.float64], side: Side = "right", cube: Cube = CU
 
 
 def add_stickers(body: mujoco.MjsBody, cube: Cube) -> None:
-    """Put a coloured square on each face of a cube."""
+    """Add a coloured square to each face of a cube."""
     body.first_geom().rgba = BLACK
     for direction, colour in STICKERS.items():
         outward = np.array(direction)
@@ -115,13 +115,13 @@ def add_stickers(body: mujoco.MjsBody, cube: Cube) -> None:
 
 
 def check_drawing(asked: str) -> None:
-    """Try whether pictures can be drawn here, before any work.
+    """Check before any work that pictures can be drawn on this machine.
 
     Args:
-        asked: the option that needs them.
+        asked: the option that needs pictures.
 
     Raises:
-        ValueError: they cannot, with what to try.
+        ValueError: OpenGL fails; the message names a remedy.
     """
     try:
         with (
@@ -129,7 +129,7 @@ def check_drawing(asked: str) -> None:
             mujoco.Renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), 8, 8),
         ):
             pass
-    except Exception as error:  # each OpenGL library has errors of its own
+    except Exception as error:  # each OpenGL library raises different exceptions
         said = " ".join(str(error).split())
         raise ValueError(f"{asked}: nothing can be drawn here ({said}); set MUJOCO_GL=egl") from error
 

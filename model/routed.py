@@ -1,7 +1,7 @@
-"""The routed hand: spatial tendons over pulleys, the simulator that the policy trains on.
+"""Routed hand: spatial tendons over pulleys, the simulator of the paper's training.
 
-Everything here reproduces the released tendon model of the Aero Hand Open (`AeroCubeRotateZAxis`, MuJoCo Playground
-0.2.0); the geometry is in `model.geometry`.
+Reproduces the released tendon model of the Aero Hand Open (`AeroCubeRotateZAxis`, MuJoCo Playground 0.2.0) with the
+geometry of `model.geometry`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from model.geometry.elements import Around, Cable
 from model.skeleton import build_skeleton, couple, released_dynamics
 
 TIMESTEP = 0.010
-"""s"""
+"""Physics step, s."""
 CABLE_GAIN = 1e4
 """Position gain of the six cable actuators, N/m."""
 ABDUCTION_GAIN = 1.0
@@ -28,7 +28,7 @@ TENDONS: dict[Channel, str] = {
     Channel.THUMB_CMC_FLEXION: "thumb_cmc_cable",
     Channel.THUMB_FLEXOR: "thumb_flexor_cable",
 }
-"""Tendon behind each cable channel; abduction acts on its joint."""
+"""Tendon of each cable channel; the abduction actuator drives its joint directly."""
 
 COMMAND_RANGE: dict[Channel, tuple[float, float]] = {
     **dict.fromkeys(FINGERS, (0.058520, 0.110387)),
@@ -36,7 +36,8 @@ COMMAND_RANGE: dict[Channel, tuple[float, float]] = {
     Channel.THUMB_CMC_FLEXION: (0.026152, 0.038389),
     Channel.THUMB_FLEXOR: (0.081568, 0.112138),
 }
-"""Calibrated command intervals, m (abduction rad); paper, "Actuation interface", at the released model's digits."""
+"""Calibrated command intervals, m (abduction rad). Source: paper, "Actuation interface", at the released model's
+precision."""
 
 
 def build_routed(side: Side = "right") -> mujoco.MjSpec:
@@ -46,10 +47,10 @@ def build_routed(side: Side = "right") -> mujoco.MjSpec:
     and seven sensors in observation order, both named by `Channel.label`, five joint equalities.
 
     Args:
-        side: which hand.
+        side: side of the hand.
 
     Returns:
-        A spec that compiles as it is; add objects with `model.scene` before that.
+        A spec ready to compile; `model.scene` can add objects first.
 
     Raises:
         ValueError: `side` is neither `right` nor `left`.
@@ -107,15 +108,15 @@ def _add_sensor(spec: mujoco.MjSpec, channel: Channel) -> None:
 
 
 class RoutedHand:
-    """A thin simulator of the routed hand; deterministic, and alone in its world.
+    """Deterministic simulator of the routed hand without objects.
 
-    The hand starts, and restarts after `reset`, at rest in the extended pose with the command that holds it there.
+    The initial state, restored by `reset`, is the extended pose at rest under the command for that pose.
     """
 
     def __init__(self, hand: Side = "right") -> None:
         self._model = build_routed(hand).compile()
         self._data = mujoco.MjData(self._model)
-        # MuJoCo's own memory, looked up once; each look-up makes an array.
+        # View of MuJoCo's memory, cached because each attribute access creates an array.
         self._sensors = self._data.sensordata
         self._order = np.array([self._model.sensor(channel.label).adr[0] for channel in Channel])
         self.command_range: NDArray[np.float64] = np.array([COMMAND_RANGE[channel] for channel in Channel])
@@ -123,7 +124,7 @@ class RoutedHand:
         self.reset()
 
     def reset(self) -> None:
-        """Return to rest in the extended pose at time zero, commanded to stay there."""
+        """Restore the extended pose at rest and its command, at time zero."""
         mujoco.mj_resetData(self._model, self._data)
         mujoco.mj_forward(self._model, self._data)
         self.command(np.clip(self.lengths(), *self.command_range.T))
@@ -156,13 +157,13 @@ class RoutedHand:
         steps = round(seconds / TIMESTEP)
         if steps < 0 or abs(steps * TIMESTEP - seconds) > 1e-6:
             raise ValueError(f"{seconds} s is not a whole number of {TIMESTEP} s steps")
-        # Halves of mj_step in turned order: the positions that the sensors show are the next step's as well.
+        # The two halves of mj_step in reverse order, so that the sensors are computed from the final positions.
         for _ in range(steps):
             mujoco.mj_step2(self._model, self._data)
             mujoco.mj_step1(self._model, self._data)
 
     def lengths(self) -> NDArray[np.float64]:
-        """Return what the sensors read now, (7,) float, command order; cable lengths in m, abduction in rad."""
+        """Return the current sensor readings, (7,) float, command order; cable lengths in m, abduction in rad."""
         lengths: NDArray[np.float64] = self._sensors.take(self._order)
         return lengths
 

@@ -151,7 +151,7 @@ def _add_pulley(body: mujoco.MjsBody, pulley: Pulley) -> None:
 
 
 def _left_out(hand: HandGeometry) -> list[tuple[str, str]]:
-    """Return the pairs of links without contacts: palm and moving links but fingertips, mount and moving links.
+    """Return the pairs of links without contacts: palm and moving links except fingertips, mount and moving links.
 
     Their boxes overlap at the roots of the digits. MuJoCo itself excludes parent and child, and parts both fixed in the
     world.

@@ -42,13 +42,13 @@ _FORCE_OF_TORQUE = np.where([channel in CABLES for channel in Channel], -1.0 / S
 def build_scene(unit: Unit, torque_limit: float | None, cube: Cube = CUBE) -> CompiledHand:
     """Return a built right hand with the cube at training's step, its servos driven in position mode.
 
-    Its sensors are those of `train.task` and then the tensions of the cables.
+    Its sensors are those of `train.task`, followed by the cable tensions.
 
     Args:
         unit: the hand.
-        torque_limit: share of the servos' stall torque that they may use; None for all of it. It bounds the winding's
-            current, as a goal torque does, not the voltage: a free shaft keeps its speed.
-        cube: what is turned.
+        torque_limit: bound of the torque, fraction of the stall torque; None for no bound. It limits the winding
+            current, like the servo's torque limit, so the free speed is unchanged.
+        cube: the cube to rotate.
     """
     parameters = in_training(unit).hand
     spec = build_built("right", parameters)
@@ -80,12 +80,12 @@ class BuiltSimulator(Simulator):
     def __init__(
         self, scenes: Sequence[CompiledHand], corrections: Floats | None = None, threads: int | None = None
     ) -> None:
-        """Make a batch.
+        """Create a batch.
 
         Args:
-            scenes: all from `build_scene`, none twice: the friction of its sheaths is written into it.
-            corrections: by how much longer each hand's channels are commanded, (batch, 7), m, abduction rad.
-            threads: default: all cores.
+            scenes: distinct results of `build_scene`; the batch writes the sheath friction into each.
+            corrections: cable-length corrections added to the commands, (batch, 7), m, abduction rad.
+            threads: number of threads; None for all cores.
         """
         super().__init__([scene.model for scene in scenes], threads)
         self._scenes = list(scenes)

@@ -91,8 +91,8 @@ def network(mean: Any, std: Any, layers: Mapping[str, Mapping[str, Any]]) -> Net
     """Return the NumPy network of a Brax policy.
 
     Args:
-        mean: of the observations, (14,).
-        std: of the observations, (14,).
+        mean: mean of the observations, (14,).
+        std: standard deviation of the observations, (14,).
         layers: `hidden_0`, `hidden_1`, ... each with `kernel` (in, out) and `bias`.
 
     Raises:

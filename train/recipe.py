@@ -1,4 +1,4 @@
-"""Recipes: everything that decides what a training run becomes, except its seed. Stages are data."""
+"""Recipes: all inputs of a training run except its seed, with its stages as data."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ from train.task import (
 
 @dataclass(frozen=True)
 class Ramp:
-    """A value that goes evenly from `first` to `last`, and stays there."""
+    """Linear change from `first` to `last`, then constant."""
 
     first: float
     last: float
     steps: int
-    """Environment steps of the stage that it takes."""
+    """Duration of the change, environment steps from the start of the stage."""
 
     def at(self, done: int) -> float:
         """Return the value after `done` environment steps of the stage."""
@@ -52,35 +52,35 @@ class Redraw:
     every: int
     """Updates of the networks between two redraws."""
     hands: int
-    """Hands that are replaced each time."""
+    """Number of hands replaced by a redraw."""
 
 
 @dataclass(frozen=True)
 class DropPrice:
-    """The price of a drop as a Lagrange multiplier of the hazard: dearer while cubes are dropped too often.
+    """Price of a drop as a Lagrange multiplier that holds the drop hazard at a target.
 
-    A fixed price makes one gait drop and another hold still, and which one depends on the seed; the multiplier asks for
-    a hazard instead. A constraint on a rate in reinforcement learning: Stooke, Achiam and Abbeel 2020, "Responsive
-    Safety in Reinforcement Learning by PID Lagrangian Methods", its integral part.
+    Source: the integral part of the controller in Stooke, Achiam and Abbeel 2020, "Responsive Safety in Reinforcement
+    Learning by PID Lagrangian Methods".
     """
 
+    # A fixed price was rejected: depending on the seed, the gait under it drops the cube or stops turning it.
     begin: float = 100.0
     """Price of a drop at the beginning of the stage, in the reward's units."""
     bounds: tuple[float, float] = (60.0, 400.0)
-    """Lowest and highest price."""
+    """Lowest and highest price of a drop, in the reward's units."""
     hazard_per_s: float = 0.005
-    """Drops a second that are asked for; with 0.5 % a second 93 % of the cubes are kept for 15 s while exploring."""
+    """Target of the drop hazard while exploring, 1/s; at 0.5 % a second, 93 % of the cubes are kept for 15 s."""
     gain: float = 0.006
-    """Relative change of the price an update, for each relative excess of the hazard."""
+    """Relative change of the price per update and per relative excess of the hazard over its target."""
     excess: float = 2.0
-    """Bound of that relative excess, on both sides."""
+    """Saturation of the hazard's relative excess, on both sides."""
     slowest_rad_s: float = 0.15
-    """Mean rate below which drops are not what is wrong, and the price only falls."""
+    """Threshold of the mean rotation rate, rad/s; below it the price falls, since a high price suppresses rotation."""
     relief: float = 0.01
-    """Relative fall of the price an update while it does."""
+    """Relative fall of the price per update while the rate is below `slowest_rad_s`."""
 
     def after(self, price: float, *, hazard_per_s: float, rate_rad_s: float) -> float:
-        """Return the price after an update, from the running means of hazard and rate."""
+        """Return the price of a drop after an update, from the running means of drop hazard and rotation rate."""
         over = min(max(hazard_per_s / self.hazard_per_s - 1.0, -self.excess), self.excess)
         change = self.gain * over if rate_rad_s > self.slowest_rad_s else -self.relief
         low, high = self.bounds
@@ -89,66 +89,65 @@ class DropPrice:
 
 @dataclass(frozen=True)
 class TrainingStage:
-    """A stretch of a run with one reward and one set of PPO's settings."""
+    """Part of a run with one reward and one set of PPO settings."""
 
     name: str
-    """For people."""
+    """Display name."""
     steps: int
-    """Environment steps."""
+    """Duration of the stage, environment steps."""
     rewarded: RewardSettings = PAPER_REWARD
     """Reward settings."""
     action_rate: Ramp | None = None
-    """Weight of the squared change of the action, if it changes within the stage."""
+    """Weight of the squared change of the action; None for the constant weight of `rewarded`."""
     turning: TurningWeight | None = None
-    """How a hand's turning is weighted by how that hand is doing; None rewards every turn alike."""
+    """Weight of the rotation reward by a hand's mean rate; None for a constant weight."""
     drop_price: DropPrice | None = None
-    """How the price of a drop follows the drops; None leaves it at the reward's."""
+    """Adaptive price of a drop; None for the constant weight of `rewarded`."""
     actuation: ActuationRanges = IDEAL
     """Actuation between commands, cables and readings."""
     rows: tuple[RandomRow, ...] = ()
-    """What is randomised besides the paper's table, on routed hands."""
+    """Additional rows to the paper's randomisation table, for routed hands."""
     built: bool = False
-    """Whether the hands are built ones; else they are routed."""
+    """True for built hands, False for routed ones."""
     hands: HandRanges = HANDS
-    """Which built hands."""
+    """Ranges of the built hands' properties."""
     healthy: bool = False
-    """Whether the built hands are drawn as the healthy population is (`model.units.plausible`); of `hands`, what a unit
-    does not have still holds, the friction of the fingertips and the error of the correction."""
+    """True to draw built hands from the healthy population (`model.units.plausible`); fingertip friction and correction
+    error still come from `hands`."""
     typical: bool = False
-    """Whether built hands have the typical correction, as one without a twin runs a policy; else their exact one."""
+    """True for the typical cable correction, as for a physical hand without a twin; False for each hand's own."""
     redraw: Redraw | None = None
-    """How built hands are replaced within the stage."""
+    """Replacement of built hands within the stage; None keeps them."""
     any_cube: bool = False
-    """Whether every hand has a cube of its own (`model.scene`), for training and measuring, or the paper's."""
+    """True for a random cube per hand (`model.scene`), in training and evaluation; False for the paper's cube."""
     cube_reach: tuple[float, float] = (1.0, 1.0)
-    """How far the training cubes have gone from the paper's (0) to any (1), one draw a hand; those that measure are
-    any."""
+    """Range of the interpolation from the paper's cube (0) to a random one (1), one draw a training hand."""
     tail_share: float = 0.0
-    """Share of the training cubes that have one property from the tail (`model.scene.TAILS`)."""
+    """Fraction of the training cubes with one property from `model.scene.TAILS`."""
     reset: ResetRanges = PAPER_RESET
-    """Where episodes start."""
+    """Spread of the episode starts."""
     episode_steps: int = 500
-    """Control steps after which an episode is cut off and another start is drawn."""
+    """Control steps until an episode is truncated."""
     staggered: bool = False
-    """Whether the first episodes have ages already, so that not all end at once."""
+    """True for random initial ages of the first episodes, so that they do not all end at once."""
     unroll: int = 40
     """Control steps between two updates."""
     clipping: float = 0.3
     """PPO's clipping parameter."""
     discount: float = 0.97
-    """A control step."""
+    """Discount factor per control step."""
     learning_rate: Ramp = PAPER_RATE
-    """Adam's for the policy."""
+    """Adam's learning rate of the policy."""
     value_learning_rate: Ramp = PAPER_RATE
-    """Adam's for the value network."""
+    """Adam's learning rate of the value network."""
     gradient_norm: tuple[float, float] | None = None
-    """Bounds of the gradients' norms of policy and value network."""
+    """Clipping norms of the gradients of policy and value network."""
     entropy_cost: Ramp = PAPER_ENTROPY
     """Weight of the policy's entropy."""
     frozen_updates: int = 0
-    """Updates at the beginning in which only the value network learns."""
+    """Number of initial updates that train only the value network."""
     measured: int = 100
-    """Hands that a checkpoint is measured on, one episode each."""
+    """Number of evaluation hands per checkpoint, one episode each."""
 
     def __post_init__(self) -> None:
         if not self.built and (self.redraw or self.tail_share or self.healthy):
@@ -158,28 +157,28 @@ class TrainingStage:
 
 
 CONFIDENCE_Z = 1.645
-"""One-sided 95 %."""
+"""Standard score of a one-sided 95 % bound."""
 
 
 @dataclass(frozen=True)
 class Goal:
-    """What a checkpoint should reach before its rate alone counts."""
+    """Criteria for ranking checkpoints: rate, survival, share of slow hands."""
 
     survival: float = 0.95
-    """Share of episodes that keep the cube."""
+    """Target fraction of episodes that keep the cube; `score` penalises only a shortfall."""
     survival_price_rad_s: float = 5.0
-    """Price of the whole share; in a choice, of each lost cube."""
+    """Penalty of `score` per unit of missing survival, and of `worth` per lost cube, rad/s."""
     enough_rad_s: float = inf
-    """Rate from which a hand's speed counts no more in a choice."""
+    """Saturation of a trial's rate in `worth`, rad/s."""
     slow_price_rad_s: float = 0.0
-    """Price in a choice of a hand that hardly turns the cube."""
+    """Penalty of `worth` for a trial slower than `HARDLY_RAD_S`, rad/s."""
 
     def score(self, rate_rad_s: float, survival: float) -> float:
-        """Return what checkpoints are chosen by: the rate, less what falling short costs."""
+        """Return the score of a checkpoint during training, rad/s: its rate minus the penalty for low survival."""
         return rate_rad_s - self.survival_price_rad_s * max(0.0, self.survival - survival)
 
     def worth(self, rates_rad_s: Floats, kept: NDArray[np.bool_]) -> Floats:
-        """Return what each trial (trials,) is worth where checkpoints are chosen among, rad/s."""
+        """Return the value of each trial (trials,) for the final selection, rad/s."""
         slow = rates_rad_s < HARDLY_RAD_S
         capped = np.minimum(rates_rad_s, self.enough_rad_s)
         worth: Floats = capped - self.survival_price_rad_s * ~kept - self.slow_price_rad_s * slow
@@ -193,20 +192,20 @@ class Goal:
 
 @dataclass(frozen=True)
 class Recipe:
-    """One way to train a policy with Brax PPO; the PPO defaults are the paper's."""
+    """Settings of a training run with Brax PPO; the PPO defaults are the paper's."""
 
     name: str
-    """Name of the policy it makes."""
+    """Name of the recipe and of the trained policy."""
     task: Task
-    """What is trained for; the stages say what is rewarded, and on which hands."""
+    """Task definition; each stage replaces its reward, starts, actuation and episode length."""
     stages: tuple[TrainingStage, ...]
-    """One after another; each continues with the networks of the one before, and has its own best checkpoint."""
+    """Stages in order; each continues with the networks of its predecessor and selects its own best checkpoint."""
     goal: Goal = Goal()
-    """Criterion for the choice of checkpoints."""
+    """Criteria for ranking checkpoints."""
     environments: int = 256
     """Parallel environments."""
     minibatches: int = 4
-    """Minibatches a batch; together they hold one unroll of every environment."""
+    """Number of minibatches into which one unroll of all environments is split."""
     epochs: int = 4
     """Passes over a batch."""
     checkpoint_steps: int = 204_800
@@ -216,16 +215,16 @@ class Recipe:
     hidden: tuple[int, ...] = (512, 256, 128)
     """Widths of the hidden layers of policy and value network."""
     stuck_steps: int = 2_000_000
-    """Environment steps that a run may take to get going; some settle into holding the cube still."""
+    """Environment steps after which the run is checked for being stuck; some policies only hold the cube still."""
     stuck_rate_rad_s: float = 0.15
-    """Rotation that the best checkpoint must have reached by then; the run is begun again with another seed if not."""
+    """Threshold of the best checkpoint's rate at `stuck_steps`, rad/s; below it the run restarts with another seed."""
 
     def __post_init__(self) -> None:
         if self.environments % self.minibatches:
             raise ValueError(f"{self.environments} environments must divide into minibatches, got {self.minibatches}")
 
     def task_in(self, stage: TrainingStage) -> Task:
-        """Return what is trained for in one of the stages."""
+        """Return the task of a stage."""
         return replace(
             self.task,
             rewarded=stage.rewarded,
@@ -246,18 +245,18 @@ class Recipe:
         return sum(stage.steps for stage in self.stages)
 
     def last_stage(self) -> Recipe:
-        """Return the recipe for a run that begins with the parameters of another."""
+        """Return the recipe with its last stage only, for a run that starts from a trained checkpoint."""
         return replace(self, stages=self.stages[-1:])
 
     def with_steps(self, steps: int) -> Recipe:
-        """Return the recipe for a run of `steps`, with at least ten checkpoints where the batches allow."""
+        """Return the recipe scaled to `steps`, with at least ten checkpoints if the batch size permits."""
         batch = self.environments * max(stage.unroll for stage in self.stages)
         stages = tuple(replace(stage, steps=round(stage.steps * steps / self.steps)) for stage in self.stages)
         return replace(self, stages=stages, checkpoint_steps=max(batch, min(self.checkpoint_steps, steps // 10)))
 
 
 def _plain(value: object) -> object:
-    """Return an array, a NumPy scalar or a member of an enum as JSON has it."""
+    """Convert an array, a NumPy scalar or an enum member for JSON."""
     if isinstance(value, Enum):
         return value.name
     assert isinstance(value, np.ndarray | np.generic), type(value)
@@ -265,19 +264,20 @@ def _plain(value: object) -> object:
 
 
 PAPER = Recipe("paper", Task(), (TrainingStage("paper", 10_000_000),))
-"""The paper's task, reward and settings, nothing added."""
+"""Recipe with the paper's task, reward and settings."""
 
 BOLDEST = RewardSettings(Weights(action_rate=-0.1))
-"""For the beginning: at the paper's price exploring costs more than a gait earns, and many runs hold the cube still."""
+"""Reward of the first stage. At the paper's action-rate weight, exploration costs more than a gait earns, so many runs
+end in holding the cube still."""
 
 HALF_TORQUE = replace(PAPER_TRAINING, noise=(0.002, 0.002, 0.002, 0.002, 0.02, 0.002, 0.002), torque_limit=0.5)
-"""The paper's training settings with half the servos' torque, and 2 mm of noise for 5, still 145 encoder counts."""
+"""Paper's training settings with half the servo torque and a noise of 2 mm (145 encoder counts) instead of 5 mm."""
 
 NEAR_DEFAULT = replace(HANDS, towards_recorded=(0.0, 0.5))
-"""For the beginning: a gait is found sooner where the springs are alike."""
+"""Hands of the first stage; with similar springs a gait is found sooner."""
 
 AS_PLACED = ResetRanges(joint_std_rad=0.04, cube_offset_m=0.006, random_orientation=False)
-"""A cube that is placed upright, as people do, with three times the error of the trials through the bytes."""
+"""Starts with an upright cube, as placed manually, with three times the placement error of the evaluation trials."""
 
 ANY_CUBE = TrainingStage(
     "spread",
@@ -295,10 +295,13 @@ ANY_CUBE = TrainingStage(
     frozen_updates=8,
     measured=16,
 )
-"""All springs, and cubes from the paper's to any: the gait that was found turns the paper's cube at 1.0 rad/s on hands
-with all springs, but any cube at 0.2 rad/s, and with nothing in between it is given up for holding still. A slow hand's
-turning counts twice. A hand that gives way at its thumb would be stopped by the guard, so that costs. The value network
-learns the new prices before the policy moves: without, most of the gait is lost in the first 0.1 M steps."""
+"""Second stage: the full range of springs, and cubes between the paper's and random ones.
+
+The gait of the first stage turns the paper's cube at 1.0 rad/s on these hands, but random cubes at 0.2 rad/s. Without
+intermediate cubes training gives up the gait and holds the cube still. Rotation on slow hands has a higher weight.
+Deflection of the thumb abduction costs reward, because the guard would stop such a hand. The value network is trained
+first: otherwise most of the gait is lost within the first 0.1 M steps.
+"""
 
 
 STEADY = Recipe(
@@ -333,14 +336,17 @@ STEADY = Recipe(
     stuck_steps=800_000,
     stuck_rate_rad_s=0.4,
 )
-"""For the hand, in three stages (docs/training.md): the gait is found where it is easy, with the paper's cube on built
-hands of like springs; it is led to all springs and cubes; and drops are brought down while slow hands are sped up."""
+"""Recipe of the shipped policy, in three stages (docs/training.md).
+
+Find a gait with the paper's cube on built hands with similar springs; extend it to all springs and cubes; reduce drops
+and speed up slow hands.
+"""
 
 RECIPES = {recipe.name: recipe for recipe in (STEADY, PAPER)}
 
 
 def on_routed_hands(recipe: Recipe) -> Recipe:
-    """Return the recipe for MJX, which steps no built hands: routed ones behind servos take their place."""
+    """Return the recipe for MJX, with routed hands behind servos instead of built hands, which MJX cannot step."""
     stages = tuple(
         replace(stage, built=False, redraw=None, tail_share=0.0, healthy=False, actuation=SERVOS, rows=SERVO_ROWS)
         if stage.built

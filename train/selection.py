@@ -61,16 +61,16 @@ def choose(
     """Write the best of the last checkpoints and their average as the run's policy, and `choice.json` beside it.
 
     Args:
-        recipe: of the run.
-        folder: of the run.
-        standing: where the run stands.
-        hands: random hands with any cube on which the best two are compared through the bytes; 0 leaves that out.
-        threads: None for all cores.
-        say: gets a line for each figure.
-        chooser: what the policy's file says of the program that chose.
+        recipe: recipe of the run.
+        folder: folder of the run.
+        standing: state of the run.
+        hands: number of emulated hands with random cubes on which the best two are compared; 0 skips this.
+        threads: number of threads; None for all cores.
+        say: called with a line for each figure.
+        chooser: provenance of the selecting program, stored in the policy's file.
 
     Raises:
-        RunFolderError: there is no checkpoint yet.
+        RunFolderError: the run has no checkpoint yet.
     """
     say(f"choosing on {HELD_OUT} held-out hands in process")
     found = ranked(recipe, folder, standing, threads=threads, say=say)

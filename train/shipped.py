@@ -1,7 +1,7 @@
-"""Provenance of what ships: the command, the inputs and the commit that made each artefact, checked against Git.
+"""Provenance of the shipped files: command, inputs and commit of each artefact, checked against Git.
 
-An input counts as changed if its meaning did: Python without comments, docstrings and formatting, TOML as its values,
-anything else as its bytes. So an edit of prose leaves every artefact up to date.
+Comments, docstrings and formatting of Python and TOML inputs are ignored, so an edit of prose leaves every artefact up
+to date. Other inputs are compared byte for byte.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ HEAD = "# What ships, and what made it; train/shipped.py explains it, `aero-hil 
 
 
 class NoHistoryError(ValueError):
-    """This is not a checkout with its whole history, so provenance cannot be checked."""
+    """The folder is not a Git checkout with complete history, so provenance cannot be checked."""
 
 
 @dataclass(frozen=True)
 class Artefact:
-    """Files that one command made."""
+    """Files made by one command."""
 
     files: tuple[str, ...]
     command: str
     commit: str
-    """Of the program that made them."""
+    """Commit of the program that made the files."""
     inputs: tuple[str, ...] = ()
-    """Files and folders that decide what the command makes."""
+    """Files and folders that determine the command's output."""
     until: str = ""
-    """Commit up to which the changes of the inputs are explained by `reason`; empty where none are."""
+    """Commit up to which `reason` explains the changes of the inputs; empty without explained changes."""
     reason: str = ""
 
     def __post_init__(self) -> None:
@@ -63,17 +63,17 @@ def store(artefacts: tuple[Artefact, ...], table: Path = TABLE) -> None:
 
 
 def made(artefacts: tuple[Artefact, ...], file: str, reason: str = "", root: Path = ROOT) -> tuple[Artefact, ...]:
-    """Return the artefacts after `file` was made by the commit that is checked out, or its changes were explained.
+    """Return the artefacts with `file` marked as made at the checked-out commit, or with its changed inputs explained.
 
     Args:
-        artefacts: of the table.
-        file: one of them.
-        reason: explanation of the changes of its inputs up to now; empty if it was made anew.
-        root: the checkout.
+        artefacts: artefacts of the table.
+        file: file of an artefact.
+        reason: explanation of the inputs' changes up to the checked-out commit; empty if the file was regenerated.
+        root: folder of the checkout.
 
     Raises:
-        ValueError: it is not listed.
-        NoHistoryError: not a checkout.
+        ValueError: no artefact has this file.
+        NoHistoryError: `root` is not a checkout.
     """
     if not any(file in one.files for one in artefacts):
         listed = ", ".join(name for one in artefacts for name in one.files)
@@ -87,10 +87,10 @@ def made(artefacts: tuple[Artefact, ...], file: str, reason: str = "", root: Pat
 
 
 def problems(artefact: Artefact, root: Path = ROOT) -> Iterator[str]:
-    """Yield what is wrong with an artefact, one line each: nothing for one that is up to date.
+    """Yield one line for each problem of an artefact; none if the artefact is up to date.
 
     Raises:
-        NoHistoryError: not a checkout with its history.
+        NoHistoryError: `root` is not a checkout with complete history.
     """
     missing = [name for name in (*artefact.files, *artefact.inputs) if not (root / name).exists()]
     yield from (f"{artefact.files[0]}: {name} does not exist" for name in missing)
@@ -107,10 +107,10 @@ def problems(artefact: Artefact, root: Path = ROOT) -> Iterator[str]:
 
 
 def exists(commit: str, root: Path = ROOT) -> bool:
-    """Return whether a commit is in the history of what is checked out.
+    """Return whether a commit is an ancestor of the checked-out one.
 
     Raises:
-        NoHistoryError: not a checkout with its history.
+        NoHistoryError: `root` is not a checkout with complete history.
     """
     if _git(root, "rev-parse", "--is-shallow-repository").strip() != b"false":
         raise NoHistoryError("this checkout lacks its history; `git fetch --unshallow` brings it")
@@ -129,7 +129,7 @@ def _changed(name: str, commit: str, root: Path) -> bool:
 
 
 def meaning(name: str, content: bytes) -> object:
-    """Return what a file means: its syntax without docstrings, its values, or its bytes."""
+    """Return the comparable content of a file: Python without docstrings, TOML values, or bytes."""
     if name.endswith(".toml"):
         return tomllib.loads(content.decode())
     if not name.endswith(".py"):

@@ -65,7 +65,7 @@ def start_positions(ranges: ResetRanges, joint_normal: Array, cube_uniform: Arra
     """Return generalised positions of a start.
 
     Args:
-        ranges: how far to go.
+        ranges: spread of the starts.
         joint_normal: (..., 16) standard normal draws.
         cube_uniform: (..., 3) draws from [-1, 1].
         orientation_normal: (..., 4) standard normal draws; their direction is uniform over SO(3).
@@ -270,16 +270,16 @@ def terms(
     """Return every term before weighting, each with the leading axes of `joints`.
 
     Args:
-        period: the signals of a control period's substeps, leading axes (..., substeps).
-        joints: joint angles at its end, (..., 16), rad.
-        last_lengths: channel values at the end of the period before, (..., 7).
-        action: the period's action, (..., 7).
-        last_action: the one before, (..., 7).
-        sent: the higher of what the two ask for, (..., 7); a thumb that is still on its way is not pushed.
+        period: signals of a control period's substeps, leading axes (..., substeps).
+        joints: joint angles at the end of the period, (..., 16), rad.
+        last_lengths: channel values at the end of the previous period, (..., 7).
+        action: action of the period, (..., 7).
+        last_action: action of the previous period, (..., 7).
+        sent: maximum of the targets of both actions, (..., 7), so that a moving thumb does not count as pushed.
         period_s: length of the period, s.
-        rotation_cap_rad_s: rotation that is rewarded at most, rad/s.
+        rotation_cap_rad_s: saturation of the rewarded rotation rate, rad/s.
 
-    The rotation is the mean over the period: sampled once a period, a policy learns to burst at the sampling.
+    The rotation rate is averaged over the period, because a policy would learn bursts at the instants of sampling.
     """
     xp = namespace(joints)
     travel_speed = (period.lengths[..., -1, :] - last_lengths) / period_s

@@ -112,23 +112,23 @@ def train(
 ) -> TrainingEnd:
     """Train until the recipe's steps or the time run out, or a signal arrives; no ending loses progress.
 
-    The folder gets the curve, the parameters of every checkpoint, the best one of the stage as `<name>.npz`, and the
-    state, from which a resumed run reaches the same weights as one that was never interrupted.
+    The folder contains the curve, the parameters of every checkpoint, the stage's best one as `<name>.npz`, and the
+    state. A run resumed from this state reaches the weights of an uninterrupted run.
 
     Args:
-        recipe: what to train.
-        backend: `native` steps MuJoCo on all cores, `mjx` on the accelerator that JAX sees.
-        seed: of networks, randomisation, starts and exploration.
-        folder: made if missing; with `resume` the run in it is continued.
-        minutes: wall time of this call; None for no bound.
-        threads: of the native backend; None for all cores.
-        resume: see `folder`.
-        parameters: of a checkpoint, for the first stage to begin with; networks that have learned nothing when None.
-        provenance: what the policy's file is to say besides recipe, seed, attempt, steps and resumes.
-        say: gets a line for each epoch and checkpoint.
+        recipe: recipe to train.
+        backend: `native` steps MuJoCo on all cores, `mjx` on JAX's accelerator.
+        seed: seed of networks, randomisation, starts and exploration.
+        folder: folder of the run, created if missing.
+        minutes: limit of this call's wall time; None for no limit.
+        threads: number of threads of the native backend; None for all cores.
+        resume: True to continue the run in `folder`.
+        parameters: checkpoint with the first stage's initial parameters; None for untrained networks.
+        provenance: entries of the policy's file besides recipe, seed, attempt, steps and resumes.
+        say: called with a line for each epoch and checkpoint.
 
     Raises:
-        RunFolderError: `folder` holds a run and `resume` is not asked for; or it is, and there is none, or one of
+        RunFolderError: without `resume`, `folder` contains a run; with `resume`, it contains no run, or a run of
             another recipe or seed.
     """
     (folder / CHECKPOINTS).mkdir(parents=True, exist_ok=True)
@@ -384,9 +384,9 @@ class StageRun:
         self._put([slot for slot, number in enumerate(numbers) if number != slot], numbers)
 
     def updated(self, standing: Standing, reached: Reached) -> tuple[Standing, Reached]:
-        """Return where a run stands after one more update of the networks.
+        """Return the run's scalar state and its arrays after one more update of the networks.
 
-        Nothing that goes in is changed, so that a run which is ended in the middle has still reached what it had.
+        The inputs stay unchanged, so a run that is interrupted during an update keeps its previous state.
         """
         stage, ppo = self.stage, self._ppo
         learner, environment = reached

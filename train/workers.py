@@ -132,13 +132,13 @@ def conduct(
     Items of a dead worker are repeated by the next workers.
 
     Args:
-        items: what to work on.
-        work: a function that can be pickled; what it raises ends everything.
-        executor: a context manager that yields workers; called again when they have died.
+        items: arguments of the work.
+        work: function that can be pickled; its exceptions abort the call.
+        executor: factory of a context manager that yields workers; called again after the workers have died.
         on_result: called in this process, once for each item.
 
     Raises:
-        RuntimeError: the workers die again and again.
+        RuntimeError: the workers died `ATTEMPTS` times in a row.
     """
     left, attempts = dict(enumerate(items)), 0
     while left:

@@ -1,4 +1,4 @@
-"""The mechanism as data: palm, one finger used four times, thumb, cables. The home of its numbers."""
+"""Geometry of the mechanism as data: palm, four copies of one finger, thumb, cables."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ from model.geometry.palm import mount
 
 Side = Literal["right", "left"]
 
-# The left hand is the right one reflected, never a second table. The plane is x-z of the mount, the symmetry plane
-# between the two hands. Every frame is reflected along its own y, so a point (x, y, z) becomes (x, -y, z) in every link
-# alike, and a rotation, whose axis is a pseudovector, has its x and z turned round.
+# The left hand is a reflection of the right one, because a second table could differ from the first by mistake. The
+# plane is x-z of the mount, the symmetry plane between the two hands. Every frame is reflected along its own y: in all
+# links a point (x, y, z) becomes (x, -y, z), and a rotation, whose axis is a pseudovector, changes sign in x and z.
 SIGNS = {"pos": (1, -1, 1), "centre": (1, -1, 1), "axis": (-1, 1, -1), "quat": (1, -1, 1, -1)}
-"""Of the numbers of each field that a reflection changes, in every part that has the field; a pulley's axis is a line,
-which stays."""
+"""Sign changes under reflection, by field name; a pulley's axis is a line without direction and keeps its value."""
 
 
 def reflect(part: Any) -> Any:
-    """Return the same part of the other hand; names, paths, couplings and the sense of every joint stay."""
+    """Return the mirrored part; names, paths, couplings and the positive direction of every joint are unchanged."""
     if isinstance(part, tuple):
         return tuple(map(reflect, part))
     if not is_dataclass(part) or isinstance(part, type):
@@ -36,7 +35,7 @@ def _reflected(name: str, value: Any) -> Any:
 
 
 def hand(side: Side = "right") -> HandGeometry:
-    """Return the description of one hand.
+    """Return the geometry of one hand.
 
     Raises:
         ValueError: `side` is neither `right` nor `left`.

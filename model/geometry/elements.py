@@ -1,7 +1,7 @@
-"""The words the mechanism is written in: links, hinges, boxes, pulleys and cable paths. Data only, no physics.
+"""Elements of the mechanism: links, hinges, boxes, pulleys and cable paths. Data only, no physics.
 
-Lengths in m, masses in kg, moments in kg m², angles in rad; quaternions are (w, x, y, z). Every element is given in
-the frame of the link that carries it, a link in that of its parent. Names are unique in the hand.
+Lengths in m, masses in kg, moments in kg m², angles in rad; quaternions are (w, x, y, z). The frame of an element is
+its link's, the frame of a link its parent's. Names are unique in the hand.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Role = Literal["actuation", "coupling", "mcp_spring", "distal_spring", "cmc_spri
 
 @dataclass(frozen=True)
 class Box:
-    """A collision box."""
+    """Collision box."""
 
     half: Vector
     """Half sizes."""
@@ -31,11 +31,11 @@ class Box:
 
 @dataclass(frozen=True)
 class Pulley:
-    """A cylinder that cables wrap around."""
+    """Cylinder that cables wrap around."""
 
     name: str
     radius: float
-    """Of the groove."""
+    """Radius of the groove."""
     half_length: float
     axis: Literal["x", "y"]
     pos: Vector
@@ -43,7 +43,7 @@ class Pulley:
 
 @dataclass(frozen=True)
 class Guide:
-    """A point that a cable passes through, ends at, or that marks the side of a pulley it takes."""
+    """Point on a cable's path, end point of a cable, or marker for the side of a pulley."""
 
     name: str
     pos: Vector
@@ -63,7 +63,7 @@ class Inertia:
 
 @dataclass(frozen=True)
 class Hinge:
-    """The joint between a link and its parent, at the origin of the link's frame; positive flexes (or abducts)."""
+    """Joint between a link and its parent, at the origin of the link's frame; positive flexes (or abducts)."""
 
     joint: Joint
     axis: Vector
@@ -75,7 +75,7 @@ class Hinge:
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid part and what hangs on it."""
+    """Rigid part with the links mounted on it."""
 
     name: str
     pos: Vector = (0.0, 0.0, 0.0)
@@ -88,7 +88,7 @@ class Link:
     pulleys: tuple[Pulley, ...] = ()
     guides: tuple[Guide, ...] = ()
     links: tuple[Link, ...] = ()
-    """Mounted on this one."""
+    """Child links."""
 
     def walk(self) -> list[Link]:
         """Return this link and all below it, parents first."""
@@ -97,42 +97,42 @@ class Link:
 
 @dataclass(frozen=True)
 class Around:
-    """One turn of a path around a pulley."""
+    """Turn of a path around a pulley."""
 
     pulley: str
     side: str | None = None
-    """Guide on the side the cable takes; None leaves the shorter way."""
+    """Guide on the side that the cable passes; None for the shorter path."""
 
 
 @dataclass(frozen=True)
 class Spring:
-    """A linear extension spring in line with a path."""
+    """Linear extension spring along a path."""
 
     stiffness: float
     """N/m."""
     rest_length: float
-    """Length of the whole path at which it is relaxed, m."""
+    """Length of the whole path with the spring relaxed, m."""
 
 
 @dataclass(frozen=True)
 class Cable:
-    """A path from guide to guide over pulleys."""
+    """Path from guide to guide over pulleys."""
 
     name: str
     role: Role
     path: tuple[str | Around, ...]
-    """Guides and turns in order from the palm outwards."""
+    """Guides and turns, from the palm outwards."""
     spring: Spring | None = None
-    """What pulls along the path, None for inextensible cables."""
+    """Spring along the path; None for inextensible cables."""
 
 
 @dataclass(frozen=True)
 class HandGeometry:
-    """One whole hand."""
+    """Links, cables and joint couplings of a hand."""
 
     base: Link
-    """The mount, fixed in the world, with everything on it."""
+    """Mount, fixed in the world; root of all links."""
     cables: tuple[Cable, ...]
-    """Twenty paths."""
+    """All 20 cables and springs."""
     couplings: tuple[tuple[Joint, Joint], ...]
-    """Pairs of joints that turn by equal angles, (follower, leader)."""
+    """Pairs of joints with equal angles, (follower, leader)."""

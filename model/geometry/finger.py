@@ -1,4 +1,4 @@
-"""One finger, described once and used four times.
+"""Geometry common to the four fingers, and their placements on the palm.
 
 Source: released tendon model `AeroCubeRotateZAxis` (MuJoCo Playground 0.2.0); springs also in the paper, section
 "Cable transmission as spatial tendons". Link frames: x along the joint axes, -y palmar, z distal.
@@ -32,18 +32,18 @@ DISTAL_SPRING = Spring(stiffness=4000.0, rest_length=0.021336)
 
 @dataclass(frozen=True)
 class Placement:
-    """Everything in which one finger differs from the next."""
+    """Differences between the four fingers."""
 
     channel: Channel
-    """Which finger."""
+    """Channel of the finger."""
     knuckle_pos: Vector
-    """Knuckle in the palm's frame, m."""
+    """Position of the knuckle in the palm's frame, m."""
     knuckle_quat: Quaternion
-    """Knuckle in the palm's frame."""
+    """Orientation of the knuckle in the palm's frame."""
     anchor: Vector
-    """Where the actuation cable leaves the palm, palm's frame, m."""
+    """Exit of the actuation cable from the palm, palm's frame, m."""
     p1_side_z: float = 0.0095
-    """Height of the mark beside the first pulley, m."""
+    """Height of the side marker of the first pulley, m."""
     g3_z: float = 0.0333
     """Height of the guide before the third pulley, m."""
 
@@ -79,12 +79,12 @@ PLACEMENTS = (
 
 
 def anchor(place: Placement) -> Guide:
-    """Return the point on the palm where a finger's actuation cable starts."""
+    """Return the start of a finger's actuation cable on the palm."""
     return Guide(f"{place.channel.label}_anchor", place.anchor)
 
 
 def finger(place: Placement) -> Link:
-    """Return a finger of a right hand, from the knuckle on."""
+    """Return a finger of a right hand, with the knuckle as its root."""
     name = place.channel.label
     first = Joint[f"{place.channel.name}_MCP"]
 
@@ -173,7 +173,7 @@ def finger(place: Placement) -> Link:
 
 
 def cables(place: Placement) -> tuple[Cable, ...]:
-    """Return the four paths of a finger: actuation, PIP-DIP coupling, MCP spring, distal spring."""
+    """Return a finger's four paths: actuation cable, PIP-DIP coupling, MCP spring, distal spring."""
     name = place.channel.label
 
     def path(*stops: str | Around) -> tuple[str | Around, ...]:

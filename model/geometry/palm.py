@@ -1,4 +1,4 @@
-"""Mount and palm: the fixed part, with the cable anchors of the four fingers.
+"""Mount and palm, the fixed links, with the cable anchors of the four fingers.
 
 Source: released tendon model `AeroCubeRotateZAxis` (MuJoCo Playground 0.2.0). Palm frame: x from pinky to index,
 -y out of the palm, z towards the fingertips; the palm faces up, its fingers 20° below the horizontal.
@@ -37,21 +37,21 @@ _PALM_BOXES = (
 )
 
 GRASP_GUIDE = Guide("grasp", (0.11, 0.0, 0.03))
-"""Where a held object sits, in the mount's frame."""
+"""Position of a held object, in the mount's frame."""
 
 THENAR_GUIDE = Guide("thenar", (0.0389, -0.0233, 0.0195))
-"""Where the built hand's metacarpal meets the palm when it flexes without abduction, in the palm's frame.
+"""Contact of the built hand's metacarpal with the palm in flexion without abduction, in the palm's frame.
 
-Not in the released model. The place, with `THENAR_RADIUS`, blocks CMC flexion at 0.79, 0.79 and 0.78 rad at 0, 25° and
-50° of abduction and not beyond 65°, which are the stops one physical hand showed (public logs June-July 2026,
-TTdragoAlex/tetherIA-aero-hand-open 58b518e) after its cable's share of abduction.
+Absent from the released model. Position and `THENAR_RADIUS` block CMC flexion at 0.79, 0.79 and 0.78 rad at 0, 25° and
+50° of abduction, and leave it free beyond 65°. Source: stops of one physical hand, corrected for the effect of
+abduction on its cable (public logs June-July 2026, TTdragoAlex/tetherIA-aero-hand-open 58b518e).
 """
 THENAR_RADIUS = 0.0054
-"""m"""
+"""Radius of the contact at `THENAR_GUIDE`, m."""
 
 
 def mount(digits: tuple[Link, ...], anchors: tuple[Guide, ...]) -> Link:
-    """Return the fixed part of a right hand carrying `digits`, with the fingers' cable `anchors` on the palm."""
+    """Return mount and palm of a right hand, with `digits` and the fingers' cable `anchors` on the palm."""
     palm = Link(
         name="palm",
         pos=(0.04, 0.01, -0.015),

@@ -1,7 +1,7 @@
-"""The thumb: four links, two cables over a cluster of pulleys on the abduction axis, two springs.
+"""Geometry of the thumb: four links, two cables over a cluster of pulleys on the abduction axis, two springs.
 
 Source: released tendon model `AeroCubeRotateZAxis` (MuJoCo Playground 0.2.0); springs also in the paper, section
-"Cable transmission as spatial tendons". A further pulley on the metacarpal carries no cable there and is left out.
+"Cable transmission as spatial tendons". A pulley on the metacarpal that carries no cable is omitted.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Spools and winding radii of the mechanism: how much cable each joint takes up per radian.
+"""Spools and winding radii of the mechanism: cable taken up by each joint per radian.
 
 Source: paper, section "The joint-to-actuation model", eqs. (fingermap), (thumbcmc), (thumbflexor), CAD values at the
-digits of the released control stack. Abduction turns its joint through a linkage and winds nothing.
+precision of the released control stack. Abduction drives its joint through a linkage, without a spool.
 
-These describe the mechanism, not the actuation map: the map states its own coefficients, because a plant that took
-them from the map could not show a mistake in it. A test holds the two together.
+The actuation map has its own coefficients: a plant that shared them could not reveal an error in the map. A test
+compares both.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 from aero.channels import FINGERS, Channel, Joint
 
 SPOOL_RADIUS = 9.0e-3
-"""m, all six cable channels."""
+"""Radius of the spools of all six cable channels, m."""
 MCP_RADIUS, PIP_RADIUS, DIP_RADIUS = 12.4912e-3, 7.3211e-3, 9.0e-3
 """Winding radii of a finger, m/rad."""
 ABDUCTION_RADIUS = 2.5e-3

@@ -1,4 +1,4 @@
-"""Plausible units: hands that somebody could build from the same parts, each known by its seed."""
+"""Plausible units: randomly drawn hands from the same parts, each identified by its seed."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from aero.channels import CABLES, FINGERS, Channel, Joint
 from model.units import Unit, load_unit
 
 PLAUSIBLE = "plausible:"
-"""Before the seed of a unit of the healthy population."""
+"""Prefix of a unit name that consists of a seed of the healthy population."""
 
 
 @dataclass(frozen=True)
 class Range:
-    """How far one number of a unit may lie from the reference unit's, and why."""
+    """Variation of one number around the reference unit, with its reason."""
 
     field: str
-    """`section.field`; each entry of a list is drawn on its own."""
+    """`section.field`; the entries of a list are drawn independently."""
     factor: float
-    """Drawn log-uniformly between 1/factor and factor."""
+    """Bound of a log-uniform factor, drawn between 1/factor and factor."""
     reason: str
 
 
@@ -48,30 +48,31 @@ RANGES = (
     Range("servos.motor_c_per_a", 1.2, "fitted one by one, the servos of one hand differ by as much"),
     Range("servos.motor_c_per_count_per_s", 1.2, "the same"),
 )
-"""Drawn by factors."""
+"""Numbers multiplied by random factors."""
 TAKE_UP_M = (-2.5e-4, 0.0, 2.3e-3)
-"""Cable to wind in before a finger moves, m: lowest, median and highest. Half of the fingers are taut, as the recorded
-hand's four; the others are set to within one tooth of the servo's 25-tooth spline, 14.4°. One thumb was recorded: its
-CMC and flexor cables are drawn as widely, around what they are there. Abduction has no cable.
-The 7.6 mm that one owner measured on an index is slack that a tooth or three would have taken in: a fault."""
+"""Lowest, median and highest cable take-up of a finger, m. Half of the fingers are taut, as on the recorded hand; the
+others are within one tooth of the servo's 25-tooth spline, 14.4°. The thumb's CMC and flexor cables vary equally around
+the recorded thumb's values. The 7.6 mm measured by one owner on an index finger count as a fault, because turning the
+spool by three teeth would remove them."""
 ACCELERATION_UNIT_COUNTS = (64.0, 100.0)
-"""One unit of the acceleration register, counts/s²: as the paper's rise times ask, to what the vendor states."""
+"""Range of the unit of the acceleration register, counts/s²: from the paper's rise times to the vendor's value."""
 CMC_STOP_RAD = (0.88, 0.97)
-"""Closed stop of CMC flexion, rad: homing finds it with the thumb abducted, and it then decides where the palm blocks
-the thumb without abduction: 55 to 61 % of 0.2.0's window, the recorded hand's 60.5 % included."""
+"""Range of the closed stop of CMC flexion, rad. Homing refers the command window to this stop, so the palm blocks the
+unabducted thumb at 55 to 61 % of 0.2.0's window (60.5 % on the recorded hand)."""
 THENAR_M = (3e-3, 4.1e-3)
-"""Radius of the palm that the thumb meets, m: nothing to meet before the stop, to just above the recorded one."""
+"""Range of the radius of the palm's contact with the thumb, m: from no contact before the stop to just above the
+recorded hand's."""
 START_C = (27.0, 51.0)
-"""Temperature of the servos at first, °C: as the recorded hand was found."""
+"""Range of the initial servo temperature, °C. Source: recordings of one hand."""
 FINGER_SPRING_FACTOR = 1.3
-"""Springs of a finger, open and closed together: the fingers of one hand differ by as much."""
+"""Bound of the common factor on a finger's spring torques. Source: differences between the fingers of one hand."""
 
 
 def unit_named(name: str) -> Unit:
-    """Return a unit by name: `reference`, `PATH.toml`, or `plausible:SEED` for one that somebody could have built.
+    """Return a unit by name: a shipped one, `PATH.toml`, or `plausible:SEED` for a random healthy hand.
 
     Raises:
-        ValueError: there is no such unit, its file has a mistake, or the seed is no whole number from 0 on.
+        ValueError: unknown unit, invalid file, or a seed that is not a non-negative integer.
     """
     if not name.startswith(PLAUSIBLE):
         return load_unit(name)
@@ -82,7 +83,7 @@ def unit_named(name: str) -> Unit:
 
 
 def plausible_unit(seed: int) -> Unit:
-    """Return a unit drawn around the reference unit; the same seed gives the same unit."""
+    """Return the unit drawn around the reference unit with a seed."""
     draw = np.random.default_rng(seed)
     unit = load_unit("reference")
     tables = {"servos": dataclasses.asdict(unit.servos), "hand": dataclasses.asdict(unit.hand)}

@@ -124,7 +124,7 @@ def opened(folder: Path, *, read_only: bool = False) -> Iterator[Store]:
     """Open the store in a folder, which is created if missing.
 
     Raises:
-        StoreError: there is none to read, another program writes to it, or the file is none or damaged.
+        StoreError: no store to read, a store that another program writes to, or a damaged file.
     """
     path = folder / NAME
     if read_only and not path.is_file():

@@ -92,7 +92,7 @@ class Outcome:
     """Name of the error that ended the run, or ""."""
     wall_s: float
     hand_s: float
-    """Hand time of the recordings, s."""
+    """Total duration of the recordings on the hand's clock, s."""
     commit: str = ""
     """Commit of this project's source."""
     suspects: tuple[str, ...] = ()
@@ -172,11 +172,11 @@ def healthy_hands(
     """Return trials of healthy hands with seeds counted up from `first`; multiple kinds alternate.
 
     Args:
-        first: the first seed.
-        count: how many hands.
-        firmware: versions.
-        conditions: kinds of condition that all are found under; when None every kind, for half of the hands.
-        sides: the side that changes fastest.
+        first: first seed.
+        count: number of hands.
+        firmware: firmware versions, in turn.
+        conditions: kinds of initial condition of all hands; None for all kinds on half of the hands.
+        sides: sides, in turn; the side alternates fastest.
     """
     under = ((), KINDS) if conditions is None else (tuple(conditions),)
     kinds = islice(cycle(product(under, (False, True), firmware, sides)), count)

@@ -34,7 +34,7 @@ from train.identification.unit_file import PHYSICAL_UNITS, unit_toml
 from train.identification.unit_parameters import numbers
 
 COMMAND, HAND, MODEL = "#777777", "#1f4e9c", "#c0392b"
-"""Colours: grey, blue, red."""
+"""Plot colours of command (grey), recording (blue) and prediction (red)."""
 
 OPEN = " *"
 """Mark of an interval that the recordings do not constrain."""

@@ -120,11 +120,11 @@ def run_trials(console: Console, trials: Sequence[Trial], store: Store, workers:
     """Run the trials that are missing from the store, and store each outcome at once.
 
     Args:
-        console: for progress.
-        trials: all trials.
-        store: open for writing.
-        workers: what runs them.
-        folder: of the store, for messages.
+        console: console for the progress bar.
+        trials: all trials of the campaign.
+        store: store open for writing.
+        workers: factory of the executors.
+        folder: folder of the store, for messages.
 
     Raises:
         StoreError: the store has outcomes of another commit, whose numbers may differ.

@@ -59,9 +59,9 @@ def run_trial(
     """Run `policy` once from the nominal grasp with the cube placed in the hand.
 
     Args:
-        policy: what acts.
-        hand: an emulated one with a cube.
-        settings: of the loop; the policy's own and 15 s when left out.
+        policy: the policy to run.
+        hand: emulated hand with a cube.
+        settings: settings of the control loop; None for the policy's own and 15 s.
         on_step: called after every control period.
     """
     settings = settings or RunSettings()

@@ -68,12 +68,12 @@ def run(
     """Run one episode in every scene of `batch`.
 
     Args:
-        policy: what acts.
-        task: its settings, starts and actuation; noise as in its settings.
-        batch: scenes made with `build_scene`.
+        policy: the policy to run.
+        task: settings (including noise), starts and actuation.
+        batch: batch of scenes from `build_scene`.
         seconds: length of an episode, s.
-        seed: of starts, actuation and noise.
-        check: called after each control period; what it raises ends the run.
+        seed: seed of starts, actuation and noise.
+        check: called after each control period; its exceptions end the run.
     """
     rng, count, period_s = np.random.default_rng(seed), len(batch), task.settings.period_s
     nominal, scale = np.array(task.settings.nominal), np.array(task.settings.scale)

@@ -68,17 +68,17 @@ def over_hands(
     """Return a trial of a random cube on each of `hands` fresh hands, right and left in turn.
 
     Args:
-        policy: what acts.
-        hands: how many.
-        seconds: length of a trial.
-        seed: of the first hand; each has the next one, which decides its cube, too.
-        correct: how the cables are corrected for, one of `CORRECTIONS`: as healthy hands need it on average, as this
-            one does, not at all, or each with an error of `WRONG_M`.
-        twins: folder of unit files that were fitted to recordings of these hands (`aero-hil calibrate`), named
-            `SEED.toml`; they replace `correct`, and hands without one are left out.
+        policy: the policy to run.
+        hands: number of hands.
+        seconds: length of a trial, s.
+        seed: seed of the first hand and its cube; the others follow by one each.
+        correct: cable correction, one of `CORRECTIONS`: typical, the hand's own, none, or the hand's own with an error
+            of `WRONG_M` per cable.
+        twins: folder of unit files `SEED.toml` fitted to recordings of these hands (`aero-hil calibrate`). Their
+            corrections replace `correct`; hands without a file are skipped.
 
     Raises:
-        ValueError: `twins` has none of these hands.
+        ValueError: `twins` has no file of these hands.
     """
     made = []
     for k in range(hands):
@@ -134,7 +134,7 @@ class Deployment:
         )
 
     def cases(self, policy: Policy, trials: int, *, seconds: float, seed: int, cube: Cube = CUBE) -> list[Case]:
-        """Return the trials with `cube` through the bytes, seeds counted up from `seed`.
+        """Return trials of emulated hands with `cube` under these conditions, with seeds counted up from `seed`.
 
         Raises:
             ValueError: there is no such unit.

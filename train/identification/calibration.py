@@ -1,4 +1,4 @@
-"""Calibration as a whole: traces in, a fitted unit and what it is worth out."""
+"""Calibration of a unit: fit to traces, 95 % intervals, cross-validated residuals."""
 
 from __future__ import annotations
 
@@ -49,41 +49,41 @@ from train.identification.unit_parameters import (
 from train.workers import worker_processes
 
 COARSE_S = 2.0
-"""Motions of each set of channels that the search begins with, s: steps there and back in a recording of ours."""
+"""Duration of the motions per set of channels in the coarse fit, s; a step with its return in `record`'s excitation."""
 
 
 ARRIVED, MOST_JACOBIANS = 0.2, 3
-"""Relative gain of an iteration on whole recordings below which a fit has arrived, and the most of them."""
+"""Threshold of an iteration's relative gain on whole recordings, below which the fit has converged; largest number of
+these iterations."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """A unit fitted to traces, and how well it predicts."""
+    """Unit fitted to traces, with its uncertainty and prediction errors."""
 
     unit: Unit
     traces: tuple[Trace, ...]
     firmware: str
-    """What the hand ran."""
+    """Firmware of the recorded hand."""
     intervals: Intervals
-    """95 % intervals of the fields of the unit that were fitted."""
+    """95 % intervals of the fitted fields."""
     told: Mapping[str, NDArray[np.bool_]]
-    """Which entries of these the readings tell; the others have the width that is believed anyway."""
+    """Masks of the entries that the readings determine; the others have the width of the prior."""
     found: Found
     held_out: list[Residuals]
-    """Predicted less recorded, counts, of what was left out of a fit: lists by phase or part, then by trace. Empty
-    when it was interrupted before."""
+    """Cross-validated residuals, counts, by part, then by trace; empty after an interruption."""
 
     @property
     def arrived(self) -> bool:
-        """Whether more iterations would hardly have changed it."""
+        """Whether the fit has converged."""
         return self.found.interrupted is None and self.found.gain < ARRIVED
 
     def channel_rms(self) -> Floats:
-        """Return the fit's error by trace and channel, (traces, 7) counts rms, readings on their best phase."""
+        """Return the fit's error by trace and channel, (traces, 7) counts rms, each trace at its fitted phase."""
         return np.array([np.sqrt(np.mean(r**2, axis=0)) for r in self.found.residuals])
 
     def predictions(self) -> tuple[ReplayedTrace, ...]:
-        """Return each trace as the fitted unit predicts it."""
+        """Return the fitted unit's prediction of each trace."""
         return tuple(
             replay(trace, self.unit, firmware=self.firmware, side=trace.side, phase_s=phase)
             for trace, phase in zip(self.traces, self.found.phases_s, strict=True)
@@ -100,21 +100,21 @@ def calibrate(
     report: Report = lambda _line: None,
     progress: Callable[[float, float], None] = lambda _done_s, _about_s: None,
 ) -> Calibration:
-    """Fit a unit to traces of one hand and test it on what was left out.
+    """Fit a unit to traces of one hand and cross-validate it.
 
-    Ctrl-C and a termination (`SystemExit`) return the best unit so far; `found.interrupted` is what came.
+    KeyboardInterrupt and SystemExit return the best unit so far, with the exception in `found.interrupted`.
 
     Args:
-        traces: runs of that hand; several, of different kinds, small and large.
-        start: unit that the search starts from and stays near where the traces say nothing.
-        firmware: what the hand ran; what the recordings say when None, and 0.2.0 where none says anything.
-        free: what is looked for, as far as the traces tell it.
-        jobs: processes to spread the replays over.
+        traces: runs of the hand, preferably several with small and large motions.
+        start: starting unit; numbers that the traces do not determine stay near its values.
+        firmware: firmware of the hand; None for the recordings' declaration, or `DEFAULT_FIRMWARE` without one.
+        free: free numbers, of which the traces determine a subset.
+        jobs: number of processes for the replays.
         report: called with lines of progress.
-        progress: called after each replay with the seconds of recordings that were replayed, and about all of them.
+        progress: called after each replay with the replayed seconds of recordings and an estimate of their total.
 
     Raises:
-        UnusableFileError: no traces, traces of a left hand, of several firmwares, or in which no channel moves.
+        UnusableFileError: no traces, traces without motion, or of both sides or several firmware versions.
     """
     if not traces:
         raise UnusableFileError("calibration needs at least one recording")
@@ -136,7 +136,7 @@ def calibrate(
     with nullcontext() if jobs == 1 else worker_processes(jobs) as pool:
         model = UnitModel(start, kept, firmware, pool, told_by, replayed=replayed)
         report(f"the first motions of each channel, {COARSE_S:.0f} s")
-        # A Jacobian of whole recordings costs ten times as much, so that only the last one is of these.
+        # A Jacobian of whole recordings takes ten times as long, so only the last ones use these.
         shortened = tuple(trace.shortened(COARSE_S) for trace in kept)
         coarse_s, whole_s = (sum(trace.seconds for trace in of) for of in (shortened, kept))
         about_s = coarse_s * _rounds(model, 3) + whole_s * _rounds(model, 1)
@@ -171,7 +171,7 @@ def calibrate(
 
 
 def _rounds(model: UnitModel, jacobians: int) -> int:
-    """Return about how often a search of so many Jacobians replays all traces; the kept numbers' too for the last."""
+    """Estimate the replays of all traces for a search with `jacobians`; a single one includes the fixed numbers."""
     slopes, phases = len(slope_groups(model.free)), len(model.phases_s)
     return phases + jacobians * (slopes + STEPS + 2) + (len(slope_groups(KEPT)) + 1 if jacobians == 1 else 0)
 

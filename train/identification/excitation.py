@@ -1,8 +1,8 @@
 """Excitation of a hand for calibration: steps, ramps and chirps, small to large.
 
-Every stream starts and ends with the open hand and stays inside `REACH`, where nothing of a healthy hand touches
-anything else or an end stop. The fingers move together, for they bend side by side; each channel of the thumb moves
-alone, since the thumb meets the fingers and its own channels pull at each other. Streams are data; `play` plays them.
+Every stream starts and ends with the open hand and stays inside `REACH`, without contacts or end stops on a healthy
+hand. The fingers move together, because they cannot collide with each other. Each thumb channel moves alone, because
+the thumb can meet the fingers and its channels are coupled.
 """
 
 from __future__ import annotations
@@ -24,12 +24,11 @@ from hil.targets.target import Target
 Floats = NDArray[np.float64]
 
 PERIOD_S = 0.021
-"""Time from one frame to the next. No multiple of the board's 10 ms telemetry period, so that readings of every age
-come by: the jump from the oldest to the newest tells where the recording lies on that grid, which is else mistaken for
-the servos' delay."""
+"""Frame period, s. It is not a multiple of the board's 10 ms telemetry period, so the readings have every age from 0 to
+10 ms. Their jump from the oldest to the newest shows the recording's phase, which otherwise looks like servo delay."""
 REST_S = 0.42
-"""Rest before, between and after motions: a step settles within 0.14 s (one physical hand, public logs June-July 2026,
-TTdragoAlex/tetherIA-aero-hand-open 58b518e)."""
+"""Rest before, between and after motions, s; a step settles within 0.14 s (one physical hand, public logs June-July
+2026, TTdragoAlex/tetherIA-aero-hand-open 58b518e)."""
 REACH: Mapping[Channel, float] = {
     Channel.INDEX: 0.85,
     Channel.MIDDLE: 0.85,
@@ -39,28 +38,28 @@ REACH: Mapping[Channel, float] = {
     Channel.THUMB_CMC_FLEXION: 0.5,
     Channel.THUMB_FLEXOR: 0.7,
 }
-"""Largest share of the command window: fingers stop at 0.976, flexion at 0.605 without abduction, the flexor at 0.826
-(the same hand)."""
+"""Largest command, fraction of the window. The hand of `REST_S` blocks its fingers at 0.976, CMC flexion without
+abduction at 0.605, the flexor at 0.826."""
 STEP_SHARES = (0.05, 0.3, 1.0)
-"""Steps there and back, as shares of the reach, small to large."""
+"""Heights of the steps, each with its return, as fractions of the reach."""
 STAIRS = 6
-"""Stairs to the reach, and back."""
+"""Number of stairs to the reach, and back."""
 RAMP_SHARES_PER_S = (0.25, 0.75)
-"""Speeds of ramps to the reach and back, in reaches a second."""
+"""Speeds of the ramps to the reach and back, fractions of the reach per second."""
 CHIRP_HZ = (0.5, 4.0)
 """First and last frequency of a chirp."""
 CHIRP_S = 2.5
 CHIRP_SHARES = (0.03, 0.08)
-"""Amplitudes of the chirps about the middle of the reach; the larger one peaks at 1.6 of the window a second."""
+"""Amplitudes of the chirps about the middle of the reach, fractions of the reach; the peak speed is 1.6 windows/s."""
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """A stream of commands on a fixed period."""
+    """Stream of commands with a fixed period."""
 
     name: str
     fractions: Floats
-    """(n, 7) float, shares of the command window, command order, one row every `PERIOD_S`."""
+    """(n, 7) float, fractions of the command window, command order, one row per `PERIOD_S`."""
 
     @property
     def duration_s(self) -> float:
@@ -73,7 +72,7 @@ def _rest(level: float = 0.0) -> Floats:
 
 
 def steps() -> Floats:
-    """Return steps there and back, small to large, then a staircase, (n,) float, shares of the reach."""
+    """Return steps with their returns, small to large, then a staircase, (n,) float, fractions of the reach."""
     parts = [_rest()]
     for share in STEP_SHARES:
         parts += [_rest(share), _rest()]
@@ -83,7 +82,7 @@ def steps() -> Floats:
 
 
 def ramps() -> Floats:
-    """Return ramps to the reach and back, slow to fast, (n,) float, shares of the reach."""
+    """Return ramps to the reach and back, slow to fast, (n,) float, fractions of the reach."""
     parts = [_rest()]
     for rate in RAMP_SHARES_PER_S:
         up = np.linspace(0.0, 1.0, round(1.0 / rate / PERIOD_S))
@@ -92,7 +91,7 @@ def ramps() -> Floats:
 
 
 def chirps() -> Floats:
-    """Return sines of rising frequency about the middle of the reach, (n,) float, shares of the reach."""
+    """Return sines of rising frequency about the middle of the reach, (n,) float, fractions of the reach."""
     t = np.arange(0.0, CHIRP_S, PERIOD_S)
     first, last = CHIRP_HZ
     phase = 2.0 * np.pi * first * CHIRP_S / np.log(last / first) * ((last / first) ** (t / CHIRP_S) - 1.0)
@@ -108,15 +107,15 @@ MOTIONS: Mapping[str, Callable[[], Floats]] = {"steps": steps, "ramps": ramps, "
 
 
 def excitation(name: str, *, scale: float = 1.0, channels: tuple[Channel, ...] = tuple(Channel)) -> Excitation:
-    """Return a named motion, or `all` of them one after the other, of the fingers together and each thumb channel.
+    """Return one motion, or `all` in sequence, of the fingers together and of each thumb channel.
 
     Args:
         name: a key of `MOTIONS`, or `all`.
-        scale: share of the reach that is used, above 0 and at most 1.
-        channels: which channels move: the fingers among them first, together, then the others in this order.
+        scale: factor on the reach, above 0 and at most 1.
+        channels: moved channels: first the fingers together, then each other channel in this order.
 
     Raises:
-        ValueError: no such motion, a scale out of range, or no channel.
+        ValueError: unknown motion, a scale out of range, or no channel.
     """
     if name != "all" and name not in MOTIONS:
         raise ValueError(f"there is no excitation {name!r}; there are {', '.join(MOTIONS)} and all")
@@ -136,26 +135,26 @@ def excitation(name: str, *, scale: float = 1.0, channels: tuple[Channel, ...] =
 
 
 TEMPERATURE_EVERY = 25
-"""Frames from one reading of the temperatures to the next."""
+"""Number of frames between two readings of the temperatures."""
 OPENING_S = 2.0
-"""Time of the way back to the open hand after an interruption, s."""
+"""Duration of the ramp to the open hand after an interruption, s."""
 EXPERIMENT = "excitation"
 
 
 def play(target: Target, recorder: Recorder, excitation: Excitation, *, progress: Progress = silent) -> None:
-    """Play an excitation into a recorder; the hand ends open, on Ctrl-C too.
+    """Play an excitation and record it; open the hand at the end, also after Ctrl-C.
 
-    Each frame reads positions and currents first and commands after, as a policy does.
+    Each frame reads positions and currents, then commands, as a policy's control loop does.
 
     Args:
-        target: the hand; it moves through the reach of the excitation.
-        recorder: begun here. It is left with `codes`, `command_codes` (u16), `currents` (A) and `temperatures` (degC);
-            after a stop by the guard, with an event of severity `error` that says why.
-        excitation: what to play.
-        progress: called once a frame.
+        target: the hand to move.
+        recorder: recorder, started by this function. Series: `codes`, `command_codes` (u16), `currents` (A),
+            `temperatures` (degC). A stop by the guard adds an event of severity `error` with the reason.
+        excitation: commands to play.
+        progress: called once per frame.
 
     Raises:
-        SafetyStopError: a guarded hand was stopped, or must not be moved at all.
+        SafetyStopError: the guard stopped the hand, or refused to move it.
     """
     hand, clock = target.hand, target.clock
     target.begin()
@@ -179,7 +178,8 @@ def play(target: Target, recorder: Recorder, excitation: Excitation, *, progress
         recorder.note(str(stop), "error")
         raise  # the guard opens the hand itself
     except BaseException:
-        # A signal may have cut a write: what ended the run counts, and the guard opens the hand once more.
+        # A signal may have interrupted a write, so opening can fail. The original exception matters more, and a guard
+        # opens the hand again.
         with suppress(AeroError):
             _open(target, command)
         raise
@@ -187,7 +187,7 @@ def play(target: Target, recorder: Recorder, excitation: Excitation, *, progress
 
 
 def _open(target: Target, command: NDArray[np.int64]) -> None:
-    """Ramp from a command to the open hand; nothing to do when it asked for that already."""
+    """Ramp from a command to the open hand; return at once if the command is open."""
     if not command.any():
         return
     start = target.clock.now()

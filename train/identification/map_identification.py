@@ -1,7 +1,4 @@
-"""Identify the actuation map on the routed hand (paper, section "The actuation map").
-
-The hand is swept as in the paper's run, and the coefficients are fitted to what it did.
-"""
+"""Identification of the actuation map: sweep of the routed hand and fit (paper, section "The actuation map")."""
 
 from __future__ import annotations
 
@@ -30,33 +27,33 @@ THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 STAIRCASE_LEVELS = 20
 SAMPLES_A_LEVEL = 24
 SAMPLE_S = 0.02
-"""As in the paper's run, 50 samples a second."""
+"""Sample period, s, as in the paper's run."""
 SETTLE_S = 1.5
-"""From one end of a range to rest; the slowest joint needs under a second."""
+"""Settling time after a move to an end of the range, s; the slowest joint needs less than a second."""
 
 
 @dataclass(frozen=True)
 class Capture:
-    """Samples of a hand while its channels are swept."""
+    """Samples of a hand during sweeps of its channels."""
 
     lengths: Floats
     """(n, 7) sensor readings in command order: cable lengths, m, and abduction, rad."""
     joints: Floats
     """(n, 16) joint angles, rad."""
     sweep: NDArray[np.int64]
-    """(n,) number of the sweep that a sample belongs to; errors within one are not independent."""
+    """(n,) sweep number of each sample; errors within a sweep are not independent."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """One least squares fit of several targets."""
+    """Least-squares fit of several targets."""
 
     coefficients: Floats
-    """(targets, regressors)."""
+    """Coefficients, (targets, regressors)."""
     standard_errors: Floats
-    """Same shape; robust against errors that are correlated within a sweep."""
+    """Standard errors, (targets, regressors), robust against correlation within a sweep."""
     r_squared: Floats
-    """(targets,)."""
+    """Coefficient of determination, (targets,)."""
 
 
 @dataclass(frozen=True)
@@ -64,13 +61,13 @@ class Identification:
     """Coefficients of the map, with their fits."""
 
     coefficients: Coefficients
-    """As identified, on the mechanism's own winding radii."""
+    """Identified coefficients with the mechanism's own winding radii."""
     regression: Fit
-    """C, (3, 4)."""
+    """Regression matrix C of the thumb's flexion angles, (3, 4)."""
     inverse: tuple[Fit, Fit]
-    """Travel of the CMC and the flexor cable by its own length and a constant, m/m and m."""
+    """Gain, m/m, and offset, m, of the CMC and the flexor cable's travel over the cable's length."""
     staircases: Capture
-    """What it was fitted to."""
+    """Samples behind the fit."""
 
 
 def identify(hand: RoutedHand) -> Identification:
@@ -92,7 +89,7 @@ def identify(hand: RoutedHand) -> Identification:
 
 
 def joined(captures: Iterable[Capture]) -> Capture:
-    """Return several captures as one, their sweeps numbered through."""
+    """Return several captures as one, with unique sweep numbers."""
     parts = list(captures)
     offsets = np.cumsum([0, *(part.sweep.max() + 1 for part in parts)])[:-1]
     return Capture(
@@ -127,13 +124,13 @@ def open_command(hand: RoutedHand) -> Floats:
 
 
 def ends(hand: RoutedHand, channel: Channel) -> tuple[float, float]:
-    """Return the commands that open and close a channel, m or rad."""
+    """Return a channel's commands at the open and the closed end, m or rad."""
     low, high = hand.command_range[channel]
     return (low, high) if channel == Channel.THUMB_ABDUCTION else (high, low)
 
 
 def captured(samples: list[tuple[Floats, Floats]]) -> Capture:
-    """Return lengths (7,) and joints (16,) of one sweep as a capture."""
+    """Return the samples of one sweep, lengths (7,) and joints (16,), as a capture."""
     lengths, joints = zip(*samples, strict=True)
     return Capture(np.array(lengths), np.array(joints), np.zeros(len(samples), np.int64))
 
@@ -164,7 +161,7 @@ def least_squares(x: Floats, targets: Floats, sweep: NDArray[np.int64]) -> Fit:
     """Fit `targets` (n, t) by `x` (n, k).
 
     Raises:
-        ValueError: the regressors do not span their space, or a target is constant; something was not moved.
+        ValueError: the regressors are linearly dependent, or a target is constant; a channel did not move.
     """
     if np.linalg.matrix_rank(x / np.abs(x).max(axis=0)) < x.shape[1]:
         raise ValueError("the sweeps do not separate the coefficients; a channel was not moved on its own")
@@ -173,8 +170,8 @@ def least_squares(x: Floats, targets: Floats, sweep: NDArray[np.int64]) -> Fit:
         raise ValueError(f"target {int(np.argmin(spread))} is constant; the sweeps did not move it")
     solution = np.asarray(np.linalg.lstsq(x, targets, rcond=None)[0], np.float64)
     residuals: Floats = targets - x @ solution
-    # The residual of a first-order fit is misfit and not noise: it is correlated along a whole sweep. So the standard
-    # errors are cluster-robust over sweeps (Liang and Zeger), with the usual factor for few clusters.
+    # The residual of a first-order fit is misfit instead of noise, correlated along a whole sweep. The standard errors
+    # are therefore cluster-robust over sweeps (Liang and Zeger), with the usual factor for few clusters.
     inverse = np.linalg.inv(x.T @ x)
     labels = np.unique(sweep)
     by_sweep = np.stack([x[sweep == label].T @ residuals[sweep == label] for label in labels])
@@ -184,7 +181,7 @@ def least_squares(x: Floats, targets: Floats, sweep: NDArray[np.int64]) -> Fit:
 
 
 def comparison(identification: Identification) -> list[Sequence[str]]:
-    """Return a header and every identified number beside the paper's; the difference also in standard errors."""
+    """Return a table of the identified numbers beside the paper's, with the differences in standard errors."""
     found, paper = identification.coefficients, load_coefficients("paper")
     rows: list[Sequence[str]] = [
         ("entry", "identified", "std. error", "paper", "difference", "std. errors"),
@@ -216,9 +213,9 @@ def comparison(identification: Identification) -> list[Sequence[str]]:
 
 
 def coefficient_toml(identification: Identification, side: str) -> str:
-    """Return a file that `aero.actuation.load_coefficients` reads, provenance included.
+    """Return the content of a file for `aero.actuation.load_coefficients`, with provenance.
 
-    It depends on nothing but the model and MuJoCo's version: making it again shows what has changed.
+    The content depends only on the model and MuJoCo's version, so a repeated run shows changes of either.
     """
     c, fit = identification.coefficients, identification.regression
     finger = _inline(("mcp", "pip", "dip"), c.finger_winding)
@@ -265,10 +262,10 @@ def _rows(matrix: Any) -> str:
 
 
 def main() -> None:
-    """Fit the map to a routed hand, print the fit beside the paper's, and leave `coefficients.toml` here.
+    """Fit the map to a routed hand, print the fit beside the paper's, and write `coefficients.toml`.
 
-    The side is the only argument, right when none is given. `ActuationMap.for_firmware(..., coefficients=FILE)` takes
-    the file.
+    The only argument is the side, by default `right`. The file is an argument of
+    `ActuationMap.for_firmware(..., coefficients=FILE)`.
     """
     side: Side = "left" if sys.argv[1:] == ["left"] else "right"
     result = identify(RoutedHand(side))

@@ -1,6 +1,6 @@
-"""What a unit is worth on recordings: positions, currents and warming by channel, beside what a hand repeats of itself.
+"""Prediction errors of a unit on recordings, beside the hand's repeatability; positions, currents, warming by channel.
 
-Recordings of the same commands tell how far the hand itself comes out differently, which no model can get below.
+The repeatability, from recordings with equal commands, is a lower bound for the error of any model.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from train.identification.trace_replay import ReplayedTrace
 from train.identification.unit_parameters import Floats, Residuals, UnitModel
 
 SAME_READ_S = 0.02
-"""Readings of two runs this near in their commands' time are compared, s."""
+"""Largest difference of the times since the command for which readings of two runs are compared, s."""
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Root mean squares by channel, (7,) float; NaN where nothing was recorded."""
+    """Root-mean-square errors by channel, (7,) float; NaN without recorded values."""
 
     counts: Floats
     """Positions, servo counts."""
@@ -41,18 +41,18 @@ class Errors:
 
 @dataclass(frozen=True)
 class ReplayScore:
-    """A unit's errors, and the hand's own differences."""
+    """Prediction errors of a unit and repeatability of the hand."""
 
     runs: tuple[tuple[str, Errors], ...]
-    """By recording, over its replays."""
+    """Name of each recording with the errors over its replays."""
     all_runs: Errors
-    """Over all readings of all recordings and replays."""
+    """Errors over all readings of all recordings and replays."""
     repeats: Errors
-    """Between recordings in which a channel has the same commands; NaN where there is no such pair."""
+    """Differences between recordings with equal commands on a channel; NaN without such a pair."""
 
 
 def score(traces: Sequence[Trace], predicted: Sequence[Sequence[ReplayedTrace]]) -> ReplayScore:
-    """Compare each trace with its replays, one or more each: on the phase of a fit, or on all where none is known."""
+    """Compare each trace with its replays: one at the fitted phase, or one per phase of the grid if it is unknown."""
     misses = [[_missed(trace, one) for one in of] for trace, of in zip(traces, predicted, strict=True)]
     pairs = [_between(a, b, same) for a, b in combinations(traces, 2) if (same := _same_commands(a, b)).any()]
     return ReplayScore(
@@ -67,7 +67,7 @@ class _Misses:
     counts: Floats
     currents: Floats
     rise: Floats
-    """(1, 7)"""
+    """Error of the temperature rise, (1, 7), degC."""
 
 
 def _missed(trace: Trace, predicted: ReplayedTrace) -> _Misses:
@@ -77,7 +77,7 @@ def _missed(trace: Trace, predicted: ReplayedTrace) -> _Misses:
 
 
 def rise(temperatures: Floats) -> Floats:
-    """Return the last less the first finite reading of each column (m, 7), NaN without two."""
+    """Return the last minus the first finite reading of each column (m, 7); NaN with fewer than two."""
     found = np.full(CHANNELS, np.nan)
     for channel, column in enumerate(temperatures.T):
         read = column[np.isfinite(column)]
@@ -87,7 +87,7 @@ def rise(temperatures: Floats) -> Floats:
 
 
 def _same_commands(a: Trace, b: Trace) -> NDArray[np.bool_]:
-    """Return which channels have the same commands in both, (7,)."""
+    """Return a mask of the channels with equal commands in both traces, (7,)."""
     if a.codes.shape != b.codes.shape:
         return np.zeros(CHANNELS, bool)
     same: NDArray[np.bool_] = (a.codes == b.codes).all(axis=0)
@@ -95,7 +95,7 @@ def _same_commands(a: Trace, b: Trace) -> NDArray[np.bool_]:
 
 
 def _between(a: Trace, b: Trace, same: NDArray[np.bool_]) -> _Misses:
-    """Compare readings that come at the same time after the same command, on the channels that are the `same`, (7,)."""
+    """Compare readings with equal delay after equal commands; `same` masks the channels, (7,)."""
     index = np.clip(np.searchsorted(a.t_command, a.t_read, side="right") - 1, 0, None)
     wanted = b.t_command[index] + (a.t_read - a.t_command[index])
     nearest = np.abs(b.t_read[np.newaxis] - wanted[:, np.newaxis]).argmin(axis=1)
@@ -126,19 +126,19 @@ def _rms(parts: Sequence[Floats]) -> Floats:
 
 
 FEWEST = 3
-"""Traces without which leaving a whole one out says nothing."""
+"""Smallest number of traces for leaving out whole traces."""
 PARTS = 4
-"""Parts that fewer traces are cut into."""
+"""Number of parts for cross-validation with fewer than `FEWEST` traces."""
 BLOCK_S = 2.4
-"""The parts take turns by blocks of this length, two steps there and back, s; so that each sees every channel."""
+"""Length of the blocks assigned to the parts in turn, s: two steps and back, so that each part has all channels."""
 
 
 def held_out(model: UnitModel, found: Found) -> list[Residuals]:
-    """Predict what was left out with numbers found on the rest: lists by part, then by trace.
+    """Return cross-validated residuals: of each part with numbers fitted to the others, by part, then by trace.
 
-    A part is a trace, or blocks of each where there are few. The numbers without it are a Gauss-Newton step from those
-    found with all, and it is predicted by the same slopes; so that nothing is replayed (PRESS, as in linear
-    regression).
+    A part is a trace, or every fourth block of each trace with fewer than `FEWEST`. One Gauss-Newton step from the
+    complete fit gives the numbers without a part, and the slopes give its prediction, so nothing is replayed (PRESS,
+    as in linear regression).
     """
     n = len(model.traces)
     part_of = [
@@ -148,12 +148,12 @@ def held_out(model: UnitModel, found: Found) -> list[Residuals]:
 
 
 def held_out_rms(held: Sequence[Residuals]) -> float:
-    """Return the error on what was left out, counts rms pooled over readings, channels, and phases or parts."""
+    """Return the cross-validated error, counts rms over readings, channels and parts."""
     return pooled_rms(residual for by_trace in held for residual in by_trace)
 
 
 def _predicted(model: UnitModel, found: Found, left_out: Sequence[NDArray[np.bool_]]) -> Residuals:
-    """Return the residuals of the readings `left_out`, (m,) of each trace, with numbers found on the others."""
+    """Return the residuals of the readings `left_out` (mask (m,) per trace) with numbers fitted to the others."""
     spread = spreads(model)
     residuals = [r[~out] for r, out in zip(found.residuals, left_out, strict=True)]
     slopes = [s[~out] for s, out in zip(found.slopes, left_out, strict=True)]
@@ -163,7 +163,7 @@ def _predicted(model: UnitModel, found: Found, left_out: Sequence[NDArray[np.boo
 
 
 def _parts(times: Floats) -> NDArray[np.int64]:
-    """Return which part each reading is in, (m,) 0..PARTS-1; blocks are shorter where a trace has too few."""
+    """Return the part of each reading, (m,) 0..PARTS-1; a short trace has shorter blocks."""
     length = min(BLOCK_S, (times[-1] - times[0]) / (2 * PARTS))
     parts: NDArray[np.int64] = ((times - times[0]) // max(length, 1e-9)).astype(np.int64) % PARTS
     return parts

@@ -33,7 +33,7 @@ def window_counts(side: HandSide) -> NDArray[np.float64]:
 
 
 def closing_current_sign(side: HandSide) -> NDArray[np.float64]:
-    """Return the sign, (7,) +1 or -1, that a current register shows while its channel pulls closed.
+    """Return the sign of the current register, (7,) +1 or -1, while its channel pulls closed.
 
     Registers are positive toward lower counts (one physical hand, public logs June-July 2026,
     TTdragoAlex/tetherIA-aero-hand-open 58b518e).
@@ -44,29 +44,29 @@ def closing_current_sign(side: HandSide) -> NDArray[np.float64]:
 
 CHANNELS = len(Channel)
 OPEN = 0.002
-"""Share of the window up to which a channel that is told so is at the open hand."""
+"""Threshold of the command, fraction of the window; at or below it the channel is commanded open."""
 SETTLED_S = 0.4
-"""Time after which it rests there, s."""
+"""Settling time of a channel that is commanded open, s."""
 GRID_S = 0.020
-"""Whole periods of the telemetry of any firmware, s."""
+"""Common multiple of the telemetry periods of all firmware versions, s."""
 LARGEST_BYTES = 128 * 2**20
 """Largest size of an `.npz` log, unpacked: two hours of commands and readings every 20 ms."""
 
 
 @dataclass(frozen=True)
 class Trace:
-    """One run of one hand. Arrays over channels are in command order, times in s on the recording's own clock."""
+    """Run of one hand. Arrays over channels are in command order, times in s on the recording's clock."""
 
     name: str
     """Display name in reports."""
     t_command: NDArray[np.float64]
     """(n,) times of the position frames."""
     codes: NDArray[np.int64]
-    """(n, 7) their u16 words."""
+    """(n, 7) u16 words of the position frames."""
     t_read: NDArray[np.float64]
-    """(m,) times at which the positions were asked for."""
+    """(m,) times of the position requests."""
     counts: NDArray[np.float64]
-    """(m, 7) positions, servo counts from the extended end of the window; 0 is also what lies beyond it."""
+    """(m, 7) positions, servo counts from the extended end of the window; 0 also for positions beyond that end."""
     currents: NDArray[np.float64]
     """(m, 7) currents, A, positive while a channel pulls closed; NaN where not read."""
     temperatures: NDArray[np.float64]
@@ -74,9 +74,9 @@ class Trace:
     spans_counts: NDArray[np.float64]
     """(7,) counts of the command window."""
     side: HandSide = "right"
-    """Which hand it was."""
+    """Side of the recorded hand."""
     firmware: str | None = None
-    """What its board ran; None where the file does not say."""
+    """Firmware of the recorded hand; None if the file does not name one."""
 
     def __post_init__(self) -> None:
         n, m = len(self.t_command), len(self.t_read)
@@ -101,9 +101,9 @@ class Trace:
         return float(max(self.t_command[-1], self.t_read[-1]) - min(self.t_command[0], self.t_read[0]))
 
     def at_rest(self) -> NDArray[np.bool_]:
-        """Return which readings are of a channel that has been told to be open for `SETTLED_S`, (m, 7)."""
+        """Return a mask of the readings from channels commanded open for at least `SETTLED_S`, (m, 7)."""
         opened = self.codes <= OPEN * MAX_CODE
-        # Time since which each channel has been told so, by command; before the first one it was so all along.
+        # Start of the current open command of each channel, by command; one at the first command counts as settled.
         told = np.where(opened, self.t_command[:, np.newaxis], np.inf)
         begun = np.vstack([np.full(CHANNELS, True), ~opened[:-1]])
         since = np.maximum.accumulate(np.where(opened & begun, told, -np.inf), axis=0)
@@ -113,16 +113,16 @@ class Trace:
         return rest
 
     def shortened(self, seconds: float) -> Self:
-        """Return the first motions of each set of channels: `seconds` of them, and the rest of the last of these.
+        """Return the trace with the first motions of each set of channels, at least `seconds` of them if present.
 
-        The trace is cut where all channels rest open and one begins to move. Pieces move forward by whole periods of
-        the telemetry, so that the trace keeps its phase.
+        The trace is cut at starts of motion from rest with all channels open. Times are shifted by whole telemetry
+        periods, so that the trace keeps its phase.
         """
         moving = self.codes > OPEN * MAX_CODE
         begins = np.flatnonzero(np.diff(moving.any(axis=1).astype(int), prepend=0) > 0)
         before = np.maximum(np.searchsorted(self.t_read, self.t_command[begins]) - 1, 0)
         cuts = self.t_command[begins[self.at_rest()[before].all(axis=1)]]
-        # A read at the time of a command comes first.
+        # A read precedes a command of equal time.
         of_command, of_read = np.searchsorted(cuts, self.t_command, side="right"), np.searchsorted(cuts, self.t_read)
         ends = np.array([self.t_command[0], *cuts, self.t_command[-1]])
         kept, shift_s, dropped_s = np.ones(len(cuts) + 1, bool), np.zeros(len(cuts) + 1), 0.0
@@ -145,9 +145,9 @@ class Trace:
         )
 
     def beyond(self) -> NDArray[np.bool_]:
-        """Return which readings tell the tension of a cable by their currents, (m, 7).
+        """Return a mask of the readings whose currents show cable tension, (m, 7).
 
-        The code of a channel that rests at the open hand stays zero when its cable draws the shaft beyond the window.
+        At rest at the open end, the position reads zero even if a taut cable pulls the shaft beyond the window.
         """
         tells: NDArray[np.bool_] = self.at_rest() & (self.counts == 0.0) & np.isfinite(self.currents)
         return tells
@@ -190,10 +190,9 @@ class Trace:
 
     @classmethod
     def from_recording(cls, recording: Recording, name: str) -> Self:
-        """Take what calibration needs of a recording with series `command_codes` and `codes`.
+        """Convert a recording with the series `command_codes` and `codes`.
 
-        Series `currents` and `temperatures` are taken when they are there: the latest sample up to 1 ms after each
-        position.
+        The optional series `currents` and `temperatures` contribute the latest sample up to 1 ms after each position.
 
         Raises:
             KeyError: the recording has no commands or no positions.

@@ -1,7 +1,7 @@
-"""Replay of a recorded run into an emulated hand, and what its board answers there.
+"""Replay of a recorded run into an emulated hand, with the readings of its board.
 
-A calibration is hundreds of replays, so that nothing is sent for a reading: it is taken from the board's memory when
-the board would answer. A test holds the replay to what a driver gets through every byte.
+A calibration needs hundreds of replays, so a reading is taken from the board's memory at the time of its answer instead
+of being requested through the link. A test compares the replay with a driver that uses the link.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from model.units import Unit
 from train.identification.trace import Trace, closing_current_sign
 
 SETTLE_S = 0.5
-"""How long the first command is held before the clock of the recording starts; a recording starts at rest, s."""
+"""Duration of the first command before the start of the recording's clock, s; recordings start at rest."""
 READ = ("positions", "currents", "temperatures")
 """Sensor series used by the fit, in this order."""
 HALF_A_DEGREE = 0.5
-"""What a reading in whole degrees leaves out on average, degC."""
+"""Mean error of a temperature truncated to whole degrees, degC."""
 
 
 @dataclass(frozen=True)
@@ -53,18 +53,18 @@ def replay(
     phase_s: float = 0.0,
     fields: Sequence[str] = READ,
 ) -> ReplayedTrace:
-    """Send a trace's commands at their times and read at its read times; servos start as warm as the recorded ones.
+    """Send a trace's commands at their times and read at its read times; servos start at the recorded temperatures.
 
-    The sheaths rub alike in all closures: how those of the unit differ is chance, which no other hand shares.
+    Sheath friction is equal in all closures, because its random variation differs on every hand.
 
     Args:
         trace: the recorded run.
         unit: the emulated hand.
-        firmware: version the recorded hand ran.
-        side: which hand it was.
-        seed: of the emulated hand's noise.
-        phase_s: shifts the recording against the board's telemetry, whose 10 ms grid no recording tells, s.
-        fields: what is read, one after the other; a replay waits for each answer. The rest is NaN.
+        firmware: firmware of the recorded hand.
+        side: side of the recorded hand.
+        seed: seed of the emulated hand's noise.
+        phase_s: shift of the recording relative to the board's 10 ms telemetry grid, s; recordings do not contain it.
+        fields: series to read in sequence, each with its link delay; the others are NaN.
     """
     alike = replace(unit, hand=replace(unit.hand, cable_friction_spread=0.0))
     electronics, _ = build_emulated(alike, HandSpec(firmware=firmware, side=side, seed=seed))
@@ -76,7 +76,7 @@ def replay(
     assert isinstance(board, Board)
     n, m = len(trace.t_command), len(trace.t_read)
     times = np.concatenate([trace.t_command, trace.t_read])
-    # A read at the time of a write comes first: a live policy reads, then commands.
+    # A read precedes a write of equal time, as in a policy's control loop.
     order = np.lexsort((np.r_[np.ones(n), np.zeros(m)], times))
     frames = [make_positions(codes) for codes in trace.codes]
     answers: dict[str, list[Sequence[int]]] = {field: [] for field in fields}
@@ -88,7 +88,7 @@ def replay(
             electronics.receive(frames[event])
             continue
         for field in fields:
-            # One question after the other, each answered at once when it has arrived.
+            # Requests are sequential; each is answered on arrival.
             clock.sleep_until(on_grid(clock.now() + latency_s))
             answers[field].append(getattr(board.telemetry, field))
     words = {field: np.full(trace.counts.shape, np.nan) for field in READ}

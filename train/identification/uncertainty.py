@@ -13,22 +13,22 @@ from train.identification.search import NOISE_COUNTS, OUTLIER_COUNTS
 from train.identification.unit_parameters import Floats, Free, Residuals
 
 COVERAGE_SIGMA = 1.96
-"""Half the width of a 95 % interval over its standard deviation."""
+"""Half width of a 95 % interval over the standard deviation."""
 LONGEST_LAG = 50
-"""Readings over which residuals are looked at for going together; a second at 50 Hz."""
+"""Largest lag of the residuals' autocorrelation, readings; a second at 50 Hz."""
 ROUNDING_COUNTS2 = 1.0 / 12.0
-"""Variance of a reading that is a whole number of counts."""
+"""Variance of rounding to whole counts, counts²."""
 
 TOLD = 0.8
-"""Width of an interval, as a share of what was believed before, from which on the readings have not told a number."""
+"""Threshold of an interval's width over the prior's; above it the readings do not determine the number."""
 
 FILE = "interval_factors.toml"
-"""In `hil/data`: how much wider than their own standard deviations intervals have to be to hold, by kind of number.
-Measured by `python -m figures.intervals` on emulated hands whose numbers are known: slopes and misfit tell less than
-all of the error, such as a search that has not quite ended."""
+"""File in `hil/data` with the factors on the intervals' standard deviations, by kind of number. Source: `python -m
+figures.intervals` on emulated hands with known numbers. Slopes and misfit miss some errors, such as an unfinished
+search."""
 
 Intervals = dict[str, tuple[Floats, Floats]]
-"""Low and high of each entry of a field, by `section.field`; an entry without width was not fitted."""
+"""Lower and upper bounds of a field's entries, by `section.field`; equal bounds mark an entry that was not fitted."""
 
 
 def covariance(
@@ -42,17 +42,17 @@ def covariance(
 ) -> Floats:
     """Return the covariance of the errors of the free numbers, (p, p).
 
-    Three things make an error: the pull to the start, the residuals, and numbers that were kept where they are although
-    the readings feel them. Residuals are misfit rather than noise and go together in time, so that fewer of them count
-    than there are readings.
+    The errors have three causes: the prior, the residuals, and fixed numbers with an effect on the readings. Residuals
+    are misfit rather than noise and autocorrelated, so the number of independent residuals is smaller than that of the
+    readings.
 
     Args:
-        residuals: at the solution.
-        slopes: of the free numbers there, per trace (m, 7, p).
-        spread: of the free numbers, (p,).
-        hidden: slopes of the kept numbers, per trace (m, 7, q).
-        hidden_spread: of the kept numbers, (q,).
-        noise: what the search held the residuals against, counts.
+        residuals: residuals at the solution.
+        slopes: slopes of the free numbers at the solution, per trace (m, 7, p).
+        spread: prior standard deviations of the free numbers, (p,).
+        hidden: slopes of the fixed numbers, per trace (m, 7, q).
+        hidden_spread: prior standard deviations of the fixed numbers, (q,).
+        noise: standard deviation of a reading assumed by the search, counts.
     """
     p, q = len(spread), len(hidden_spread)
     information, scatter, shared = np.zeros((p, p)), np.zeros((p, p)), np.zeros((p, q))
@@ -72,7 +72,7 @@ def covariance(
 
 
 def _together(residual: Floats) -> float:
-    """Return the variance that the mean of a run of residuals would have, times their number, counts²."""
+    """Return the variance of the mean of autocorrelated residuals, times their number, counts²."""
     if not len(residual):
         return ROUNDING_COUNTS2
     total = float(np.mean(residual**2))
@@ -85,17 +85,17 @@ def _together(residual: Floats) -> float:
 
 
 def told(known: Intervals, believed: Intervals) -> dict[str, NDArray[np.bool_]]:
-    """Return which entries the readings have made clearly better known than they were before, by `section.field`."""
+    """Return masks of the entries with clearly narrower intervals than the prior's, by `section.field`."""
     return {name: (high - low) < TOLD * (believed[name][1] - believed[name][0]) for name, (low, high) in known.items()}
 
 
 def widened(errors: Floats, factor: Floats, spread: Floats) -> Floats:
-    """Return errors whose standard deviations are `factor` times as large, but nowhere beyond what is believed anyway.
+    """Return the covariance with standard deviations multiplied by `factor`, at most the prior's.
 
     Args:
         errors: covariance of the free numbers, (p, p).
-        factor: by how much each is known less well than `errors` says, (p,).
-        spread: what is believed of each before data are seen, (p,).
+        factor: factors on the standard deviations, (p,).
+        spread: prior standard deviations, (p,).
     """
     deviation = np.sqrt(np.diag(errors))
     scale = np.minimum(factor * deviation, spread) / np.maximum(deviation, np.finfo(float).tiny)
@@ -104,12 +104,12 @@ def widened(errors: Floats, factor: Floats, spread: Floats) -> Floats:
 
 
 def intervals(numbers: Callable[[Floats], Mapping[str, Floats]], x: Floats, errors: Floats) -> Intervals:
-    """Return the 95 % interval of every number that errors in `x` reach.
+    """Return the 95 % interval of every field that depends on the free numbers.
 
     Args:
-        numbers: what the free numbers stand for, arrays by name.
-        x: the free numbers, (p,).
-        errors: their covariance, (p, p).
+        numbers: map from free numbers to fields, arrays by name.
+        x: free numbers, (p,).
+        errors: covariance of the free numbers, (p, p).
     """
     centre = numbers(x)
     variance = {name: np.zeros_like(value) for name, value in centre.items()}
@@ -127,7 +127,7 @@ def intervals(numbers: Callable[[Floats], Mapping[str, Floats]], x: Floats, erro
         if name.endswith("take_up"):
             found[name] = value - half, value + half
             continue
-        # A number that cannot change its sign is known by a factor.
+        # The interval of a number with a fixed sign is a factor.
         factor = np.exp(np.divide(half, np.abs(value), out=np.zeros_like(half), where=value != 0.0))
         found[name] = np.where(half, value / factor, value), np.where(half, value * factor, value)
     return found
@@ -140,6 +140,6 @@ def interval_factors() -> dict[str, float]:
 
 
 def factors_of(free: Sequence[Free], factors: Mapping[str, float]) -> Floats:
-    """Return the factor of each free number, (p,): that of its kind, else that of its section."""
+    """Return the factor of each free number, (p,), by its field or else by its section."""
     fields = [number.name.replace("spring_rise", "spring_closed") for number in free]
     return np.array([factors.get(field, factors[field.split(".")[0]]) for field in fields])

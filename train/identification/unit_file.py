@@ -1,4 +1,4 @@
-"""Write a unit as the TOML file that `model.units` reads, every number with its unit and where it comes from."""
+"""Unit as a TOML file for `model.units`, each number with its physical unit and source."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ PHYSICAL_UNITS: Mapping[str, str] = {
     "cable_take_up": "m, negative is pretension",
     "supply_sag": "share of the voltage lost per (N m)² of duty times current",
 }
-"""Unit of each field that a written file may explain."""
+"""Physical unit of each commented field."""
 STARTING = "as the starting unit"
 NOT_TOLD = " (not determined by the recordings)"
-"""Follows an interval that is as wide as what is believed of any such hand."""
+"""Suffix of an interval that is as wide as the prior's."""
 DIGITS = 5
-"""Significant digits of a written number: counts are whole, a prediction knows no more."""
+"""Significant digits of a written number; counts are whole, so further digits do not change a prediction."""
 
 
 def unit_toml(
     unit: Unit, description: str, intervals: Intervals, told: Mapping[str, NDArray[np.bool_]] | None = None
 ) -> str:
-    """Return a unit as TOML: what departs from the defaults and does not follow from the rest, with its source.
+    """Return a unit as TOML: the fields that differ from the defaults, except derived ones, each with its source.
 
     Args:
-        unit: what to write.
-        description: which hand it is.
-        intervals: 95 % intervals of the fitted fields. Entries without width, and fields that are not named, are
-            marked as taken over.
-        told: which of these entries the readings tell; all of a field that is not named.
+        unit: the unit.
+        description: identity of the hand.
+        intervals: 95 % intervals of the fitted fields. Missing fields and entries with equal bounds are marked as
+            copied from the starting unit.
+        told: masks of the entries that the readings determine; all entries of a missing field.
     """
     told = told or {}
     lines = [f"description = {json.dumps(description, ensure_ascii=False)}"]

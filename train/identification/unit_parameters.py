@@ -1,4 +1,4 @@
-"""A unit as a model: its numbers that calibration may change, and replays through the whole chain as prediction."""
+"""Unit as a model for calibration: its free numbers, and its prediction by replays through the whole chain."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ from train.identification.trace_replay import READ, replay
 
 Floats = NDArray[np.float64]
 Residuals = list[Floats]
-"""Per trace (m, 7), predicted less recorded, counts."""
+"""Predicted minus recorded counts, (m, 7) per trace."""
 
 STEP = 0.3
-"""Step of the finite differences in units of `Free.spread`: large, for counts are whole and friction has corners."""
+"""Step of the finite differences in units of `Free.spread`; large, as counts are integers and friction has kinks."""
 
 
 @dataclass(frozen=True)
 class Free:
-    """One number that is searched for; zero is the start."""
+    """Free number of a fit, relative to the starting unit and initially zero."""
 
     name: str
-    """What it is."""
+    """Changed field, `section.field`."""
     indices: tuple[int, ...]
-    """Which entries of a field of that name it moves; empty when the field is one number."""
+    """Changed entries of the field; empty if the field is scalar."""
     channels: tuple[Channel, ...]
-    """Channels that feel it."""
+    """Channels that the number affects."""
     spread: float
-    """Standard deviation that is believed before any data is seen."""
+    """Standard deviation of the prior."""
     additive: bool = False
-    """Whether a field of a unit gains this number; else it is multiplied by its exponential."""
+    """True if the number is added to the field; otherwise its exponential is a factor."""
     step: float = STEP
     """Step of the finite differences in units of the spread."""
 
@@ -53,15 +53,16 @@ SPRUNG: tuple[tuple[Channel, tuple[int, ...]], ...] = (
     (Channel.THUMB_CMC_FLEXION, (Joint.THUMB_CMC,)),
     (Channel.THUMB_FLEXOR, (Joint.THUMB_MCP, Joint.THUMB_IP)),
 )
-"""Joints whose springs load a cable; the knuckle closes first, so its springs show in another part of the stroke."""
+"""Joints whose springs load a cable, by channel. The knuckle is separate because it closes first, so its springs act in
+another part of the stroke."""
 JOINTS: tuple[tuple[Channel, tuple[int, ...]], ...] = (
     *((finger, (3 * finger, 3 * finger + 1, 3 * finger + 2)) for finger in FINGERS),
     (Channel.THUMB_ABDUCTION, (Joint.THUMB_ABDUCTION,)),
     *SPRUNG[-2:],
 )
-"""Joints that move with a channel."""
+"""Joints moved by each channel."""
 PHASES_S = (0.0, 0.0025, 0.005, 0.0075)
-"""Where a recording may lie on the board's 10 ms telemetry grid, s."""
+"""Candidate phases of a recording relative to the board's 10 ms telemetry grid, s."""
 
 
 TAKE_UP, CLOSED_STOP = "hand.cable_take_up", "hand.closed_stop"
@@ -85,15 +86,15 @@ FREE: tuple[Free, ...] = (
     *_each("hand.spool_friction", 0.7),
     *_springs("hand.spring_open", 0.4),
     *_springs("hand.spring_rise", 0.6),
-    # A short step: the pull on a taut cable changes within 0.1 mm.
+    # A short step, because the tension of a taut cable changes within 0.1 mm.
     *(Free(TAKE_UP, (channel,), (channel,), 1e-3, additive=True, step=0.1) for channel in CABLES),
     Free("hand.supply_sag", (), ALL, 0.7),
     Free(CLOSED_STOP, tuple(range(12)), FINGERS, 0.01),
     Free("hand.abduction_winding", (0,), THUMB, 0.3),
     Free("hand.abduction_winding", (1,), THUMB, 0.3),
 )
-"""Numbers of a unit by `section.field`: logarithms of factors, or SI units that are added. `hand.spring_rise` is what
-the springs gain from the open to the closed hand."""
+"""Free numbers of a calibration: logarithms of factors, or additive values in SI units. `hand.spring_rise` is the
+increase of the spring torque from the open to the closed hand."""
 
 
 KEPT: tuple[Free, ...] = (
@@ -104,23 +105,24 @@ KEPT: tuple[Free, ...] = (
     *(Free("hand.joint_friction", joints, (channel,), 0.7) for channel, joints in JOINTS),
     *(Free("hand.joint_damping", joints, (channel,), 0.7) for channel, joints in JOINTS),
 )
-"""Numbers that encoders tell only against those above, with how far each may be off; they widen the intervals."""
+"""Fixed numbers with the spread of their error; it widens the intervals. Encoders cannot separate them from `FREE`."""
 MOVED = 0.01
-"""Share of the command window that a channel is sent over at least where a recording excites it."""
+"""Threshold of a channel's commanded range, fraction of the window; above it the recording excites the channel."""
 STOPPED = 0.9
-"""Share of it from which on a finger may meet its end stop; the recorded ones stop at 0.976."""
+"""Threshold of a finger's command, fraction of the window; above it the finger may reach its end stop (recorded:
+0.976)."""
 
 
 def excited(traces: Sequence[Trace]) -> frozenset[Channel]:
-    """Return the channels that recordings move."""
+    """Return the channels that move in any of the recordings."""
     swept = np.max([np.ptp(trace.codes, axis=0) for trace in traces], axis=0)
     return frozenset(channel for channel in Channel if swept[channel] > MOVED * MAX_CODE)
 
 
 def felt_otherwise(traces: Sequence[Trace]) -> dict[str, frozenset[Channel]]:
-    """Return the channels of numbers that recordings tell otherwise than by moving a channel, by name.
+    """Return the channels with a determined take-up or closed stop, by field name.
 
-    Currents tell the tension of an open hand, moving or not; only a finger that closes far meets its stop.
+    Take-up needs motion or the current of a resting open hand; the closed stop needs a finger closed to its stop.
     """
     closed = np.max([trace.codes.max(axis=0) for trace in traces], axis=0) > STOPPED * MAX_CODE
     pulled = np.any([trace.beyond().any(axis=0) for trace in traces], axis=0)
@@ -133,10 +135,10 @@ def felt_otherwise(traces: Sequence[Trace]) -> dict[str, frozenset[Channel]]:
 def identifiable_parameters(
     free: Sequence[Free], moved: Set[Channel], otherwise: Mapping[str, Set[Channel]]
 ) -> tuple[Free, ...]:
-    """Return what recordings tell that move some channels, and what `otherwise` says by name.
+    """Return the free numbers that recordings with the `moved` channels determine; `otherwise` overrides these by name.
 
-    A number of which each entry belongs to one channel is told for those channels. What channels share is told when all
-    of them move, so that fitting one channel changes no other.
+    A number with separate entries per channel is reduced to the determined channels. A number shared by channels
+    requires all of them, so that fitting one channel does not change another.
     """
     told = []
     for number in free:
@@ -154,32 +156,32 @@ def identifiable_parameters(
 
 @dataclass(frozen=True)
 class UnitModel:
-    """A unit whose free numbers are looked for in traces of a right hand."""
+    """Unit with free numbers, and the traces that it predicts."""
 
     start: Unit
-    """Where the search starts."""
+    """Starting unit; all free numbers are zero."""
     traces: tuple[Trace, ...]
     firmware: str = DEFAULT_FIRMWARE
-    """What the recorded hand ran."""
+    """Firmware of the recorded hand."""
     pool: Executor | None = None
-    """Where replays run; in this process when None."""
+    """Executor for the replays; None for this process."""
     free: tuple[Free, ...] = FREE
     phases_s: tuple[float, ...] = PHASES_S
     replayed: Callable[[Trace], None] = lambda _trace: None
     """Called after each replay with its trace."""
 
     def unit(self, x: Floats) -> Unit:
-        """Return the unit that free numbers (p,) stand for."""
+        """Return the unit for the free numbers (p,)."""
         return apply(self.start, self.free, x)
 
     def numbers(self, x: Floats) -> dict[str, Floats]:
-        """Return the numbers that free numbers (p,) stand for, by `section.field`."""
+        """Return the fields of the unit for the free numbers (p,), by `section.field`."""
         return numbers_at(self.start, self.free, x)
 
     def residuals(self, x: Sequence[Floats], phases_s: Sequence[float]) -> Residuals:
-        """Return predicted less recorded counts of each trace, for free numbers (p,) and a phase a trace.
+        """Return the residuals of each trace, for free numbers (p,) and a phase per trace.
 
-        Several rounds of all traces may be asked for at once, one after the other, so that every process is busy.
+        One call may request several rounds of all traces in sequence, which keeps every process busy.
         """
         units = [self.unit(numbers) for numbers in x]
         each = self.pool.map if self.pool else map
@@ -197,10 +199,10 @@ Tables = dict[str, dict[str, Any]]
 
 
 def apply(unit: Unit, free: Sequence[Free], x: Floats) -> Unit:
-    """Return a unit whose numbers are those of `unit` moved by `x`, (len(free),) float, as `FREE` says.
+    """Return the unit with its free numbers changed by `x`, (len(free),) float; see `Free`.
 
     Raises:
-        ValueError: no hand can have such numbers.
+        ValueError: the numbers are physically impossible.
     """
     tables = _moved(unit, free, x)
     servos = dataclasses.replace(unit.servos, **tables["servos"])
@@ -224,14 +226,14 @@ def _moved(unit: Unit, free: Sequence[Free], x: Floats) -> Tables:
 
 
 def numbers(unit: Unit) -> dict[str, Floats]:
-    """Return the fields of a unit that calibration may change, arrays by `section.field`."""
+    """Return a unit's fields that calibration can change, arrays by `section.field`."""
     return numbers_at(unit, (), np.zeros(0))
 
 
 def numbers_at(unit: Unit, free: Sequence[Free], x: Floats) -> dict[str, Floats]:
-    """Return the same of `unit` moved by `x`, (len(free),), also where no hand can have such numbers.
+    """Return the calibrated fields of `unit` changed by `x`, (len(free),), without a check of their validity.
 
-    An interval may reach beyond what a hand can have.
+    An interval may extend to physically impossible numbers.
     """
     tables = _moved(unit, free, x)
     names = dict.fromkeys(free.name.replace("spring_rise", "spring_closed") for free in FREE)
@@ -249,7 +251,7 @@ def _without_rise(hand: dict[str, Any]) -> dict[str, Any]:
 
 
 def _misses(trace: Trace, unit: Unit, firmware: str, phase_s: float) -> Floats:
-    """Return predicted less recorded counts, by the current where the encoder lies beyond the window."""
+    """Return predicted minus recorded counts; for a shaft beyond the window, a current difference scaled to counts."""
     predicted = replay(trace, unit, firmware=firmware, side=trace.side, phase_s=phase_s, fields=READ[:2])
     missed = predicted.counts - trace.counts
     pull = (trace.currents - predicted.currents) / (1e-3 * unit.servos.current_floor_ma)

@@ -93,7 +93,7 @@ def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple
 
 
 def _shared(check: Check, groups: Sequence[Healthy], few: Sequence[Limit], chance: float) -> list[Limit]:
-    """Return limits pooled over all firmware for limits with too few readings, by guard state."""
+    """Return pooled limits over all firmware, by guard state, for checks with too few readings per firmware."""
     found = []
     for guarded in dict.fromkeys(limit.guarded for limit in few):
         alike = [group for group in groups if guarded is None or group.guarded is guarded]

@@ -25,7 +25,7 @@ from hil.checks.staircase.rise_time import MATCHED_FRACTION
 
 Floats = NDArray[np.float64]
 REGISTERS = {"A": CURRENT_A_PER_UNIT, "°C": 1.0, "of 40 steps": 1.0}
-"""One quantum of the servos' current or temperature register, or one step, by unit."""
+"""Resolution by unit: one digit of the servos' current or temperature register, or one step."""
 
 
 def resolution(check: Check, firmware: Iterable[str]) -> float:
@@ -33,7 +33,7 @@ def resolution(check: Check, firmware: Iterable[str]) -> float:
     metric = JUDGED[check.experiment].metric(check.metric, check.subjects[0])
     if metric.unit == "ms":
         return _time_ms(check)
-    if check.metric == "take_up":  # slack to the last slack level
+    if check.metric == "take_up":  # measured as the last slack level of the staircase
         return max(_level_mm(version, check.subjects) for version in firmware)
     if metric.unit in REGISTERS:
         return REGISTERS[metric.unit]
@@ -51,14 +51,14 @@ def _count(unit: str, firmware: str, subjects: tuple[str, ...]) -> float:
     """Return one servo count in `unit`, maximum over the channels; 0 for units without counts."""
     channels = [Channel[subject.upper()] for subject in subjects if subject != "hand"]
     codec = ActuationMap.for_firmware(firmware)
-    part = np.ceil(MAX_CODE / codec.window.spans_counts()) / MAX_CODE  # a reading is a whole code, too
+    part = np.ceil(MAX_CODE / codec.window.spans_counts()) / MAX_CODE  # a reading is also rounded to a whole code
     travel = part * _window_mm(codec)
     by_unit = {
         "mm": travel,
         "mrad": travel,
         "% of the window": 100.0 * part,
         "% of a nudge": 100.0 * part / NUDGE,
-        # Of the change of a step, which a hand under friction answers by this part of it at least.
+        # Percent of a step's change; under friction, a hand follows at least `MATCHED_FRACTION` of the step.
         "%": 100.0 * part * Staircase().levels / MATCHED_FRACTION,
     }
     return float(max(by_unit[unit][channel] for channel in channels)) if unit in by_unit else 0.0
