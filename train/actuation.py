@@ -1,8 +1,8 @@
 """Actuation between a commanded length and the simulated cable: delay, lag, speed limit, take-up, gain, counts.
 
-The routed hand's actuators follow a command at once; a hand's do not. Per control period a target becomes one control
-a physics step, and a length becomes a reading. Everything is a pure function over NumPy or JAX arrays. The parameters
-are drawn once an episode.
+The routed hand's actuators follow a command immediately, unlike a physical hand's. Per control period, a target becomes
+one control per physics step, and a length becomes a reading. All functions are pure, over NumPy or JAX arrays. The
+parameters are drawn once per episode.
 
 Sources: one physical hand, public logs June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e): 15-19 ms from
 command to motion, closed loop 24-25 ms; take-up: another owner's index (alstar8); radii: paper, regression row of the
