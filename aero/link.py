@@ -139,6 +139,8 @@ class HostLink:
             deadline = _Patience(self, within_s, self._longest_s if may_be_held else within_s)
             known = self._outlast(opcode, timeout_s, deadline)
             while known:
+                # Two requests tell an old reply from the new one. Waiting until no old reply can arrive would take
+                # `LATE_S` for each reading, and the protocol has no sequence number.
                 doubtful = once_s is None and self._overdue.may_be_older(opcode, self._clock.now())
                 asked = [self._request(frame) for _ in range(2 if doubtful else 1)]
                 fence = self._overdue.probe(opcode) if doubtful else None

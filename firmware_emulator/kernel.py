@@ -68,6 +68,8 @@ def on_grid(t: float) -> float:
     return round(t, 9)
 
 
+# Generators, because a task then reads like the firmware's C++ and the kernel alone orders all events. Threads would
+# run in the order of the system's scheduler, and asyncio's tasks would need `async` in every call below them.
 Yielded = float | Signal | tuple[Signal, float]
 Task = Generator[Yielded, Any, Any]
 """Argument of `spawn`; sub-tasks are called with `yield from` and may return a value."""
@@ -131,7 +133,7 @@ class Kernel:
         self._limit = 0.0
         """End time of the present `run_until`, s."""
         self.last_of_event = False
-        """Whether the running task is the last action of the present event."""
+        """True if the running task is the last action of the current event."""
 
     def call_at(self, t: float, function: Callable[..., None], *arguments: object) -> None:
         """Call `function(*arguments)` at time `t` (s), or now if `t` is past."""

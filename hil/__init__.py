@@ -1,7 +1,7 @@
-"""Experiments, metrics, limits and reports over whatever stands right of the driver.
+"""Experiments, metrics, limits and reports for a hand behind the driver, physical or emulated.
 
-The public names are imported when they are first asked for: the pytest plugin and the command line live below this
-package, and neither should load a physics engine to print its help.
+Public names are imported on first use, because pytest plugin and command line belong to this package and should not
+load a physics engine to print their help.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hil.targets.opening import open_target
     from hil.targets.target import GroundTruth, MissingCapabilityError, NoHandError, Target
 
-# A project's own folder `hil` that is no package stays importable beside this one.
+# The path includes folders named `hil` of user projects, so that their modules stay importable.
 __path__ = extend_path(__path__, __name__)
 
 _HOMES = {

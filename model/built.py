@@ -173,6 +173,8 @@ def _add_spool(spec: mujoco.MjSpec, side: Side, channel: Channel, unit: BuiltHan
 
 
 def _add_cable(spec: mujoco.MjSpec, channel: Channel, unit: BuiltHandParameters) -> None:
+    # A one-sided limit, because a cable only pulls. As an actuator clipped to pulling, the cable would be an explicit
+    # stiff spring between spool and joints and need shorter steps; MuJoCo solves limits implicitly.
     tendon = spec.add_tendon(
         name=cable_name(channel),
         limited=mujoco.mjtLimited.mjLIMITED_TRUE,

@@ -31,6 +31,8 @@ WATCHDOG_S = 0.5
 """Period of the watchdog's checks, s."""
 
 
+# In the program's own process, because a guard in another process would own the port and delay each exchange by two
+# process switches. Only a killed program cannot open its hand; a standby process then takes the released port.
 class Guard:
     """State machine that polls a hand from its first motion to its final opening, and refuses commands afterwards.
 

@@ -105,7 +105,7 @@ EDGES = (0, 1, 4, 5, 6, 7, 8, 199, 200, 253, 254, 255, 256, 1000, 1001, 1023, 10
 """Edge values of the firmware's words, with their neighbours."""
 GETS = (Opcode.GET_POS, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_TEMP)
 ALL_VERSIONS = tuple(code for code in Opcode if code != Opcode.CALIBRATE_MID)
-"""Opcodes used in sessions for all versions; `calibrate_mid` uses the remaining one."""
+"""Opcodes of sessions for all versions: all except CALIBRATE_MID, which has its own session."""
 QUICK = tuple(code for code in ALL_VERSIONS if code not in {Opcode.HOMING, Opcode.SET_ID})
 SETTLED = Await(2000, 0.6)
 """Wait for the end of a boot without homing."""

@@ -51,7 +51,7 @@ class Nvs:
             # Written to a draft and renamed, so that a crash never truncates the file.
             draft = self._path.with_name(f".{self._path.name}.{os.getpid()}")
             draft.unlink(missing_ok=True)
-            with draft.open("x", encoding="utf-8") as stream:  # "x" never follows a planted link
+            with draft.open("x", encoding="utf-8") as stream:  # mode "x" does not follow a symbolic link
                 stream.write(json.dumps(self._values, indent=1, sort_keys=True) + "\n")
             draft.replace(self._path)
 

@@ -26,11 +26,11 @@ class BootHoming(Enum):
     """Condition for homing at boot."""
 
     NEVER = auto()
-    """Only on request of the host."""
+    """Homing only on request of the host."""
     ALWAYS = auto()
-    """At every boot."""
+    """Homing at every boot."""
     ON_POWER = auto()
-    """After power-on and brown-out; other resets skip homing with a line in the boot text."""
+    """Homing after power-on and brown-out; other resets skip it, with a line in the boot text."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,8 @@ WireEntry = tuple[float, Literal[">", "<"], bytes]
 """Virtual time (s), direction (`>` to the hand, `<` from it) and bytes of one write."""
 
 
+# The driver's reads advance the time, so a run is a pure function of the driver's calls. A thread that advances the
+# time beside the driver would make each time-out depend on the system's scheduler.
 class VirtualLink:
     """Byte stream on virtual time that implements the driver's transport."""
 

@@ -118,7 +118,7 @@ def _foreign(name: str, row: Command) -> click.Command:
         command = _imported(row)
         if not isinstance(command, click.Command):
             raise TypeError(f"{row.place} is not a click command")
-    except BaseException as error:  # also SystemExit: nothing was done yet
+    except BaseException as error:  # even SystemExit, because a broken package must end in a message
         raise Ended(f"`aero-hil {name}` of the package `{row.package}`: {named(error)}", Exit.USAGE) from error
     return command
 

@@ -102,10 +102,10 @@ class CaseSession:
         """Resume a case.
 
         Args:
-            stored: the case as its file holds it.
-            folder: of the case.
-            hand: opened anew after each step.
-            asker: the person.
+            stored: content of the case file.
+            folder: folder of the case.
+            hand: hand of the case, reopened after each step.
+            asker: dialogue with the user.
         """
         self.stored, self._folder, self._hand, self._asker = stored, folder, hand, asker
         self._seen_for: Proposal | None = None
@@ -186,7 +186,7 @@ class CaseSession:
         return answer is not StepOutcome.SKIPPED
 
     def _taken(self, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
-        """Have a step done; return its outcome (None if the run was inconclusive) and the note."""
+        """Do a step and rerun the failure; return the outcome (None if inconclusive) and the user's note."""
         step, note, freed = proposal.step, "", False
         if step.asks:
             answer = self._seen(_question(proposal.text), OUTCOMES, proposal)

@@ -49,10 +49,10 @@ class HandsOn:
         """Create the queue.
 
         Args:
-            workbench: of the served hand.
-            tell: takes a sentence for each act, done or refused.
-            reads: whether lines of the standard input are taken too; those of a terminal only in its foreground.
-            answer: called after each line, with the sentence that refuses it or an empty one.
+            workbench: workbench of the served hand.
+            tell: called with a sentence for each executed or refused act.
+            reads: True to read lines from standard input; a terminal is read only in the foreground.
+            answer: called after each line, with the reason of a refusal or "".
         """
         self._workbench, self._tell, self._answer = workbench, tell, answer
         self._lines: SimpleQueue[str] = SimpleQueue()
@@ -134,7 +134,7 @@ def channel_and_percent(line: str) -> tuple[Channel, float]:
     """Return the channel and the percentage, clipped to 0-100 %, of `command CHANNEL PERCENT`.
 
     Raises:
-        ValueError: it is written otherwise; one line says how.
+        ValueError: another format; the message has the valid one.
     """
     _, *words = line.split()
     channel = channel_named(words[0] if words else "")

@@ -40,7 +40,7 @@ def open_hand(hand: HandSpec, **fields: Any) -> AbstractContextManager[Target]:
 
 @contextmanager
 def _unwound(opening: AbstractContextManager[Target]) -> Iterator[Target]:
-    """Enter a target such that a terminated program leaves it as an interrupted one does."""
+    """Enter a target, and exit it on SIGTERM as on Ctrl-C."""
     from aero.safety import unwinding  # noqa: PLC0415 - help is quick
 
     with unwinding(), opening as opened:
@@ -57,12 +57,12 @@ RECORD = click.option(
 
 @contextmanager
 def link_recorded(path: Path | None, **about: Any) -> Iterator[WireFile | None]:
-    """Open the recording of `--record`, None without one; `about` is what `WireFile` takes.
+    """Open the recording of `--record`, None without one; `about` has further arguments of `WireFile`.
 
-    When it cannot be written any more, that is printed at once, and the command continues to serve the port.
+    A write error is printed at once, and the command continues to serve the port.
 
     Raises:
-        CannotBeWrittenError: on leaving, where it could not be written.
+        CannotBeWrittenError: raised on exit after a write error.
     """
     if path is None:
         yield None

@@ -15,7 +15,7 @@ from aero.printable import printable
 
 
 def echo(text: object = "", *, err: bool = False, nl: bool = True) -> None:
-    """Print a line, or a part of one without the line feed `nl`."""
+    """Print text, followed by a line feed if `nl`."""
     click.echo(printable(str(text)), err=err, nl=nl)
 
 

@@ -188,7 +188,7 @@ class SeenHand:
 
 @contextmanager
 def asking(asker: TerminalAsker, hand: HandSpec) -> Iterator[Observer]:
-    """Serve a page that asks for as long as the block runs, where the asker takes one, and yield who looks on."""
+    """Serve a page with questions during the block if the asker uses one; yield its observer."""
     wanted = isinstance(asker, PageAsker)
     with viewing(wanted, hand, asks=True, on_words=asker.hear if isinstance(asker, PageAsker) else None) as page:
         if isinstance(asker, PageAsker):

@@ -48,7 +48,8 @@ def check_replayable(recording: Recording, target: Target) -> None:
     """Check that a recording can be replayed on a target.
 
     Raises:
-        ValueError: the recording holds no bytes, or the hand is guarded: bytes would pass beneath the guard.
+        ValueError: the recording has no bytes to the hand, or the hand is guarded, because the bytes would bypass the
+            guard.
     """
     if target.guard is not None:
         raise ValueError(
@@ -90,7 +91,7 @@ def compare_replies(first: Recording, second: Recording) -> ReplyComparison:
     """Compare the replies of two hands to identical bytes, request by request.
 
     Raises:
-        ValueError: they were not asked the same.
+        ValueError: the requests differ.
     """
     one, other = replies(first.wire), replies(second.wire)
     if [request for request, _ in one] != [request for request, _ in other]:

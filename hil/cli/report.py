@@ -79,7 +79,7 @@ def _print_beside(made: Mapping[Path, Recording], others: Sequence[Path]) -> Non
     """Print each recording of another run next to the one of the same experiment.
 
     Raises:
-        Ended: there is none of that experiment.
+        Ended: no recording of that experiment.
     """
     console = new_console()
     by_experiment = {recording.header.experiment: (path, recording) for path, recording in made.items()}
@@ -97,7 +97,7 @@ def _judgeable(path: Path) -> Recording:
     """Return a recording of an experiment or a session.
 
     Raises:
-        Ended: it is of something else; the message says what reads it.
+        Ended: a recording of another kind; the message names the command for it.
     """
     with usage_errors():
         recording = read_recording(path)

@@ -101,10 +101,10 @@ class ProgressBar(Progress):
         """Create a bar that is erased at the end.
 
         Args:
-            columns: of the bar; the default ones fit into 80 characters.
-            console: where it is drawn; standard error when None, because standard output is for results.
-            lines: whether a line every `LINE_S` stands for it where there is no terminal.
-            options: of Rich.
+            columns: columns of the bar; the default ones fit into 80 characters.
+            console: console of the bar; None for standard error, because standard output is for results.
+            lines: True to print a line every `LINE_S` if the console is not a terminal.
+            options: options of Rich.
         """
         self._lines = lines
         chosen = console or _on_stderr()

@@ -28,12 +28,12 @@ def viewing(
     Wrap all use of the hand: on exit this waits for the browser page, after the hand is closed.
 
     Args:
-        wanted: whether there was `--view`.
-        hand: what the command is about.
-        stay: whether the page stays after the command: while a browser looks at it, and in a terminal until one has
-            looked at it, or Ctrl-C.
-        asks: whether `on_words` takes answers of the person at the hand, and what stops it, rather than acts.
-        on_words: takes what is done on the page, in another thread; nothing can be done when None.
+        wanted: True if `--view` was given.
+        hand: the command's hand.
+        stay: True to serve the page after the command until the browser closes it; in a terminal also until a first
+            browser has opened it, or Ctrl-C.
+        asks: True if `on_words` accepts answers of the user and Stop, False if it accepts acts.
+        on_words: called in another thread with the user's input on the page; None for a page without input.
     """
     feed: Feed | None = None
     try:

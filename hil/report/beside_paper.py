@@ -33,7 +33,7 @@ class Cell:
     name: str
     ours: str
     paper: str
-    """Published value, with `MARK` if of another quantity."""
+    """Published value; with `MARK` if it is a different quantity."""
     limit: str
     failed: bool = False
 

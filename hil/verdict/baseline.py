@@ -41,7 +41,7 @@ class Baseline:
         """Raise unless a hand matches the baseline's in the fields of `SAME`.
 
         Raises:
-            UnusableFileError: it is of another; the message says in what.
+            UnusableFileError: another hand; the message names the field that differs.
         """
         for name in SAME:
             then = self.hand[name]
@@ -67,14 +67,14 @@ def store(results: Path, baseline: Path, *, even_so: bool = False) -> None:
 
     Args:
         results: folder of the run.
-        baseline: folder to make.
-        even_so: store a run that did not pass as well.
+        baseline: folder to create.
+        even_so: True to accept a run that did not pass.
 
     Raises:
-        FileNotFoundError: `results` holds no `checks.json`.
-        FileExistsError: the folder exists already; a baseline is not overwritten.
-        UnusableFileError: it is no run, does not say which hand it is of, or did not pass.
-        CannotBeWrittenError: the folder cannot be written; none is left.
+        FileNotFoundError: `results` has no `checks.json`.
+        FileExistsError: the folder exists already; a baseline is never overwritten.
+        UnusableFileError: `results` is not a run, does not identify its hand, or did not pass.
+        CannotBeWrittenError: the folder cannot be written; an incomplete one is removed.
     """
     if not (results / "checks.json").is_file():
         raise FileNotFoundError(f"{results} holds no checks.json; give the folder that `aero-hil validate --out` wrote")
@@ -101,7 +101,7 @@ def load(baseline: Path) -> Baseline:
     """Return the earlier figures of a hand.
 
     Raises:
-        UnusableFileError: the folder is no baseline, is damaged, or does not say which hand it is of.
+        UnusableFileError: the folder is not a baseline, is damaged, or does not identify its hand.
     """
     try:
         checks = _checks(baseline)

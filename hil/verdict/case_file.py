@@ -55,7 +55,7 @@ class HandOfCase:
         A serial number decides over a name.
 
         Raises:
-            NotOneHandError: it is another; the message says in what.
+            NotOneHandError: another hand; the message names the field that differs.
         """
         compared = ["firmware", "side", "serial_number"]
         if not (self.serial_number and said.get("serial_number")):
@@ -96,7 +96,7 @@ def read_case(folder: Path) -> StoredCase:
     """Return the case of a folder.
 
     Raises:
-        UnusableFileError: there is none, or it has a mistake; the message names it.
+        UnusableFileError: the case file is missing or invalid.
     """
     path = folder / CASE
     try:
@@ -136,7 +136,7 @@ def case_of(table: Any) -> StoredCase:
     """Return the case of JSON-compatible tables.
 
     Raises:
-        ValueError, KeyError, TypeError, AttributeError: a table is not as `table_of` makes it.
+        ValueError, KeyError, TypeError, AttributeError: a table without the form of `table_of`.
     """
     experiments, ran, planned = (tuple(table[key]) for key in ("experiments", "ran", "planned"))
     if not {*experiments, *ran, *planned} <= EXPERIMENTS.keys():

@@ -75,8 +75,8 @@ def command_of_case(header: Header | None, folder: Path | None) -> str:
     """Return the command that continues the diagnosis of a failed run; empty if the hand is unknown.
 
     Args:
-        header: of a recording of the run.
-        folder: of its case; the latest run's when None.
+        header: header of a recording of the run.
+        folder: folder of the case; None for the latest run's.
     """
     if header is None:
         return ""

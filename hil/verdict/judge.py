@@ -125,7 +125,7 @@ class Judge:
 
         Args:
             run: the run.
-            folder: where its case is written; the latest run's when None.
+            folder: folder of the run's case; None for the latest run's.
         """
         run = replace(run, driver=self.driver(run), alike=self.alike(run.results))
         run = _busy(without_motion(run, still_channels(run.numbers, self.limits)))

@@ -111,7 +111,7 @@ def load_limits(firmware: str, *, guarded: bool = False) -> tuple[Limit, ...]:
     """Return the limits for a firmware and guard state: those of the table and the fixed bounds of checks.
 
     Raises:
-        ValueError: the table has a mistake; the message says which.
+        ValueError: the table is invalid; the message names the mistake.
     """
     return tuple(limit for limit in (*_table(), *given_limits()) if limit.holds_for(firmware, guarded=guarded))
 
@@ -155,7 +155,7 @@ def parse_limits(text: str) -> tuple[Limit, ...]:
     """Return the limits of a CSV table.
 
     Raises:
-        ValueError: it has other columns, or a row has a mistake; the message names the row.
+        ValueError: wrong columns or an invalid row; the message names the row.
     """
     rows = csv.DictReader(text.splitlines())
     if tuple(rows.fieldnames or ()) != COLUMNS:
@@ -194,21 +194,20 @@ def compare(
     late: Callable[[str, Metric], float],
     late_samples: Why | None = None,
 ) -> tuple[tuple[Finding, ...], tuple[Withheld, ...]]:
-    """Compare what was measured in an experiment or a whole run, by subject and metric, with the limits for it.
+    """Compare the readings of an experiment or a whole run with their limits.
 
-    A number that is not there, because its samples came late, is not judged. One that is out of limits, and was taken
-    while this computer was held up, is not judged either. One that the hand did not let be measured is NaN: it does not
-    pass, and is on no side of its limits.
+    Not judged are readings that are missing because of late samples, and readings out of limits during a scheduling
+    delay of this computer. An unmeasurable reading (NaN) fails, without a direction.
 
     Args:
-        measuring: what measured it.
-        measured: its readings.
-        limits: of the hand.
-        late: how long this computer was held up when a subject's reading was taken, s; 0 when it was not too long.
-        late_samples: why samples of this recording may have come late; None where none can have.
+        measuring: experiment or check of the readings.
+        measured: readings by subject and metric.
+        limits: limits of the hand.
+        late: returns the scheduling delay of this computer during a subject's metric, s; 0 if tolerable.
+        late_samples: reason for late samples in this recording; None if all were on time.
 
     Raises:
-        MissingReadingError: a reading is not there, and nothing excuses that.
+        MissingReadingError: a reading is missing without an excuse.
     """
     found, withheld = list[Finding](), list[Withheld]()
     for limit in limits:

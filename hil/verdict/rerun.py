@@ -41,7 +41,7 @@ class Plan:
     first: tuple[str, ...]
     """Experiments that reproduce the failure."""
     more: tuple[str, ...]
-    """All experiments of the first run, run if `first` passes; empty if `first` has all of them."""
+    """All experiments of the original run, to confirm that `first` passed; empty if `first` contains them."""
     homings: int
     homing_s: float
     """Time of one homing, s."""
@@ -111,12 +111,12 @@ def rerun(
     folder: Path | None = None,
     progress: CaseProgress = lambda _part, _doing, _left_s: None,
 ) -> tuple[StepOutcome | None, Validation]:
-    """Run what shows the failure of a case, and return what became of it after a step; None where that is not known.
+    """Rerun the failing experiments of a case after a step; return the outcome (None if inconclusive) and the run.
 
-    `freed` says that something that touched the hand was taken away for it.
+    `freed` is True if the user removed an object in contact with the hand.
 
     Raises:
-        OSError: a recording cannot be begun.
+        OSError: a recording cannot be created.
     """
     judge, plan = Judge.of_target(target), Plan.after(case, proposal.step, target.firmware)
     course = _Course(plan, progress)
@@ -135,7 +135,7 @@ def rerun(
 
 
 def _fails(run: Validation) -> bool:
-    """Return whether a check fails; a busy computer is none, and a hand that has worked is warmer than at first."""
+    """Return whether a check failed, ignoring a busy computer and the temperatures of a hand warmed up by the run."""
     busy = run.end.finding if run.end.kind not in HANDS_FAULT else None
     return any(one != busy and one.experiment != ALIKE.name for one in failed(run.findings))
 

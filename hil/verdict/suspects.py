@@ -2,29 +2,29 @@
 
 Theory
 ======
-A run measures symptoms. Several faults have the same symptoms: a dead motor and a cable off its spool both leave a
-finger open. Those that a test cannot tell apart are an *ambiguity group*. No weighing of symptoms splits it; another
-test does. So a run only names the group, and `case.py` sequences the tests (*steps*) that split it.
+A run measures symptoms. Several faults have equal symptoms: a dead motor and a cable off its spool both leave a finger
+open. Faults that a test cannot distinguish are an *ambiguity group*. Weighing the symptoms cannot split the group, but
+another test can. A run therefore only names the group, and `case.py` sequences the tests (*steps*) that split it.
 
 Evidence. Each judged metric is evidence of a kind (`EvidenceKind` in its checks.toml): travel, torque, time, bytes. All
-failed readings of one kind on one channel are one piece of evidence, however many there are. Otherwise a metric more of
-one cause would change what every rule concludes. A stop of the guard is a piece of the channel that it names.
+failed readings of one kind on one channel are one piece of evidence, so that an additional metric of one cause does not
+change the conclusions. A stop of the guard is a piece of evidence on the channel that the guard names.
 
-Layers. A measurement presupposes others. Readings mean something only if the driver decodes what the board sent, if
-the bytes arrived, and if the board read its servos. A load means something only if the named firmware and zeros are
-those on the board. So rules are in layers, in this order: driver, link, freshness, setting, mechanics. The first layer
-with a rule that fits explains the run. Later layers add the parts that all digits share as weak suspects, which take
-over if steps clear all strong ones.
+Layers. Measurements presuppose others. Readings are meaningful only if the driver decodes the board's bytes, the bytes
+arrived, and the board has read its servos. Loads are meaningful only with the named firmware and zeros on the board.
+The rules are therefore in layers, in this order: driver, link, freshness, setting, mechanics. The first layer with a
+matching rule explains the run. Later layers add the parts shared by all digits as weak suspects, which replace the
+strong ones after steps have cleared these.
 
 Strong and weak. A rule yields a `Clue`: its observation, the parts that usually cause it (*strong*) and the parts that
-may (*weak*). The group is every strong suspect of the explaining layer. A long list is safe: a step that ends the
-failure clears all others at once, and a part that no step has shown is not convicted.
+may cause it (*weak*). The group is every strong suspect of the explaining layer. A long list is safe: a step that ends
+the failure clears all others at once, and only a part that a step has shown is convicted.
 
-Sharing. Digits share nothing but supply, board, bus and set-up; the three channels of the thumb lean on each other and
-count as one unit. Evidence on more than two units is of what they share. Of two units the one with more kinds of
-evidence is suspected; two that are alike may touch, be exchanged, or share a weak supply.
+Sharing. Digits share only supply, board, bus and set-up; the three channels of the thumb are coupled and count as one
+unit. Evidence on more than two units points to shared parts. Of two units the one with more kinds of evidence is
+suspected; two units with equal kinds may touch, be exchanged, or share a weak supply.
 
-One fault is assumed. A second one shows as a case that ends open, or as checks that still fail after the first is gone.
+A single fault is assumed. A second one leaves the case open, or leaves failing checks after the first is repaired.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def _of(channels: Iterable[Channel], *parts: Part) -> frozenset[Suspect]:
 def driver(signs: RunSigns) -> Iterable[Clue]:
     """Check commands and readings against their bytes."""
     kinds = {piece.kind for piece in signs.failures.pieces}
-    # any driver misreads damaged replies
+    # damaged replies make any driver return wrong readings
     if Kind.SENT in kinds or (Kind.READ in kinds and signs.orderly):
         yield Clue("the driver sent or read other values than the map gives", _hand(Part.DRIVER))
 

@@ -43,27 +43,27 @@ def validate(
 ) -> Validation:
     """Run experiments on a target and judge the results by the limits for such hands.
 
-    Ctrl-C and a signal that `aero.safety.unwinding` turns into an exit end the run and are noted in what is returned.
+    Ctrl-C and the signals of `aero.safety.unwinding` end the run; the result has the signal as its end.
 
-    The firmware's own speed and torque limits hold meanwhile; those that this program had set are restored. That and
-    the recordings end with the run, whatever ends it: an error of `on_result` too.
+    The run uses the firmware's own speed and torque limits; afterwards, even after an error of `on_result`, the limits
+    set by this program are restored and the recordings are closed.
 
     Args:
         target: the hand; most experiments move it through its whole range.
         names: experiments to run, keys of `EXPERIMENTS`.
-        baseline: folder of the hand's own earlier figures, to compare with.
-        folder: where recordings are written as they are made, NAME.mcap and session.mcap; nowhere when None.
-        from_opening: judge the link since the hand was opened; else from now on.
-        progress: called with the finished part of the present experiment.
-        on_result: called with everything so far after each experiment.
+        baseline: folder with the hand's baseline; None for no comparison.
+        folder: folder of the recordings NAME.mcap and session.mcap, written during the run; None for no files.
+        from_opening: True to judge the link since the hand was opened, False from now on.
+        progress: called with the finished fraction of the current experiment.
+        on_result: called with all results so far after each experiment.
 
     Returns:
-        Results up to the first experiment that could not end, or to a failed gate. What the guard permits no hand with
-        this firmware is left out, and the verdict is on the rest.
+        Results up to an aborted experiment or a failed gate. Experiments that the guard refuses with this firmware are
+        omitted, and the verdict excludes them.
 
     Raises:
-        OSError: a recording cannot be begun.
-        UnusableFileError: the baseline is none, or of another hand.
+        OSError: a recording cannot be created.
+        UnusableFileError: the baseline is invalid, or of another hand.
     """
     start = time.perf_counter()
     judge, before = Judge.of_target(target), None if baseline is None else load(baseline)
@@ -167,7 +167,7 @@ def require_one_run(named: Mapping[str, Recording]) -> None:
     """Raise unless recordings (by file name) are of one hand and each of another experiment.
 
     Raises:
-        NotOneHandError: two are not; the message names them.
+        NotOneHandError: two recordings disagree; the message names them.
     """
     seen: dict[str, str] = {}
     # Choosing silently between two recordings would make the verdict depend on their order.
@@ -206,8 +206,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
     The recording of a whole session, if present, is used to judge the link.
 
     Raises:
-        ValueError: a recording is of no experiment of `EXPERIMENTS`, or its unit or its limits are unknown, or two are
-            not of one run (`require_one_run`).
+        ValueError: an unknown experiment, unit or firmware, or recordings of several runs (`require_one_run`).
     """
     start = time.perf_counter()
     require_one_run({f"recording {place}": recording for place, recording in enumerate(recordings, start=1)})

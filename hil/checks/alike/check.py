@@ -18,7 +18,7 @@ def measure(numbers: Mapping[str, Measured]) -> Measured:
     """Return each servo's temperature minus the median of the others, K; nothing if most others have none.
 
     Args:
-        numbers: what was measured, by experiment.
+        numbers: readings by experiment.
     """
     presence = numbers.get("presence", {})
     values = {c: value for c in Channel if (value := finite(presence, c.label, "temperature")) is not None}

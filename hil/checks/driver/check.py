@@ -139,14 +139,14 @@ def _read(recording: Recording, requests: Sequence[Exchange]) -> Iterator[Floats
 def _unlike(series: Series, made: Sequence[Exchange], opcode: Opcode, until_s: float) -> Floats:
     """Return readings minus the most similar reply, (n, 7), while the link was in order.
 
-    A reading's time is taken before or after it is asked for, and a guard may poll the hand in between. So the reply
-    is that to the last request before this time, or to one between it and the next reading.
+    The time stamp of a reading is from before or after its request, and a guard may poll the hand in between. The
+    reply therefore belongs to the last request before this time, or to one between this time and the next reading.
 
     Args:
-        series: readings of a kind.
-        made: requests of that kind that were answered.
-        opcode: what asks for it.
-        until_s: until when the link was in order.
+        series: readings of one kind.
+        made: answered requests of that kind.
+        opcode: opcode of the requests.
+        until_s: end of the time with an orderly link, s.
     """
     if not made:
         return _NOTHING

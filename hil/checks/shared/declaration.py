@@ -1,28 +1,28 @@
 """Declaration of a check: `checks.toml` in its folder, with one table for each measured number.
 
-A `[[metric]]` defines a number; a subject or a group of subjects under `on` overrides keys.
-The subjects of a group have like readings, so they share one limit, computed by `aero-hil limits`.
+A `[[metric]]` defines a number; a subject or a group of subjects under `on` overrides keys. The subjects of a group
+have similar readings, so they share one limit, computed by `aero-hil limits`.
 
 | key | meaning |
 |---|---|
 | `evidence` | `EvidenceKind` of a judged number: two numbers of one kind are one piece of evidence |
-| `words` | its name for people; the name with blanks when left out |
-| `unit` | as people read it; `length` stands for mm, and mrad on the abduction |
-| `motion` | `measured` by it, on its channel; `needed` there or `needed_of_all`: otherwise the number is not judged |
-| `says` | of a person's answer: the words for 0, 1, 2 and so on |
-| `end_of_scale` | reading at which the board clamps: what is really there may be anything beyond |
-| `side` | which side of the healthy readings is a fault: `above`, `below` or `both` |
-| `recorded` | readings of physical hands, which the limits must hold; a comment says whose they are |
-| `at_least`, `at_most`, `source` | instead of all that: a bound that physics or the wire gives |
-| `firmware` | versions that a bound holds for; of several, a list `bounds`, one without holds for all others |
-| `worse` | `by` how much, or which `share`, it may grow over a hand's baseline |
-| `column`, `paper`, `differs` | its column in the table beside the paper, the paper's number, why ours may differ |
-| `published` | a figure of the paper's text, and the metric of the simulator that corresponds (`model`) |
-| `seconds` | `last closing` where only the last one counts |
-| `timed` | true of a number that is a time, or in motion: it is not judged where the computer was held up |
-| `optional` | true of a number that is left out where it has no meaning |
-| `samples_in_time` | true of a number that is left out where too few of its samples came in time |
-| `worst_at` | metric with the instant of its worst sample |
+| `words` | display name; default: the name with blanks |
+| `unit` | displayed unit; `length` stands for mm, and mrad for the abduction |
+| `motion` | `measured`: the number shows its channel's motion; `needed`, `needed_of_all`: judged only with motion |
+| `says` | words for the values 0, 1, 2, ... of a person's answer |
+| `end_of_scale` | reading at which the board saturates, so that the true value may lie beyond |
+| `side` | faulty side of the healthy readings: `above`, `below` or `both` |
+| `recorded` | readings of physical hands, inside the limits by construction; a comment names the source |
+| `at_least`, `at_most`, `source` | fixed bound by physics or protocol, in place of the keys above |
+| `firmware` | versions of a bound; in a list `bounds`, the one without versions applies to all others |
+| `worse` | permitted growth over a hand's baseline, absolute (`by`) or as a fraction (`share`) |
+| `column`, `paper`, `differs` | column in the table beside the paper, the paper's number, reason for a difference |
+| `published` | figure of the paper's text, with the corresponding metric of the simulator (`model`) |
+| `seconds` | `last closing` if only the last closing counts |
+| `timed` | true for a time, or a number measured in motion: not judged during a scheduling delay of the computer |
+| `optional` | true for a number that may be missing because it has no meaning |
+| `samples_in_time` | true for a number that may be missing because too few samples were in time |
+| `worst_at` | metric with the time of the worst sample |
 
 "The logs": one physical right hand with firmware 0.2.0, public logs of June-July 2026 (TTdragoAlex/
 tetherIA-aero-hand-open 58b518e). "The paper": its hand, with firmware `pre`; its table "Sim-to-real validation of the
@@ -64,7 +64,7 @@ class EvidenceKind(Enum):
     OWN_SENSOR = "own_sensor"
     """Reading of a servo that depends on no load."""
     WINDOW = "window"
-    """Place of the board's command window."""
+    """Position of the board's command window."""
     CROSSED = "crossed"
     """Motion of another channel than the commanded one."""
     BYTES = "bytes"
@@ -78,11 +78,11 @@ class EvidenceKind(Enum):
     VERSION = "version"
     """Requests that another firmware version does not know."""
     BOOT = "boot"
-    """Boot text against the readings."""
+    """Contradiction between boot text and readings."""
     SENT = "sent"
-    """Bytes sent against the commands given."""
+    """Difference between commands and sent bytes."""
     READ = "read"
-    """Readings returned against the bytes received."""
+    """Difference between received bytes and returned readings."""
     SEEN = "seen"
     """Answer of a person who watched the hand."""
 

@@ -122,7 +122,7 @@ def require(holds: bool, lacks: str) -> None:
     """Raise unless a recording contains the required data.
 
     Raises:
-        CannotBeMeasuredError: it lacks that.
+        CannotBeMeasuredError: the data are missing.
     """
     if not holds:
         raise CannotBeMeasuredError(f"the recording lacks {lacks}; was it cut short?")
@@ -223,7 +223,7 @@ def last_before(times: Floats, values: Floats, t: float) -> Floats:
     """Return the last sample (k,) taken before `t`.
 
     Raises:
-        CannotBeMeasuredError: there is none; the recording was cut short.
+        CannotBeMeasuredError: no such sample, as in a truncated recording.
     """
     row = int(np.searchsorted(times, t)) - 1
     if row < 0:

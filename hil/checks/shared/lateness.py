@@ -41,8 +41,8 @@ def held_up(recording: Recording, period_s: float) -> tuple[Delay, ...]:
     """Return the stretches of a recording in which due work was delayed by more than `LATE_S`.
 
     Args:
-        recording: of an experiment that reads its encoders regularly.
-        period_s: planned time from one of these readings to the next, s.
+        recording: recording with periodic encoder readings.
+        period_s: planned period of the encoder readings, s.
     """
     idle, trips = _gaps(recording.wire)
     times = recording["codes"].times

@@ -33,22 +33,22 @@ def follow(
 ) -> None:
     """Send one stream of lengths to simulator and hand at a common rate.
 
-    At every sample the encoders are read first and the command is sent after, as a policy does. A command beyond the
-    hand's window waits at its end, and an event says so.
+    Every sample reads the encoders, then sends the command, as a policy's control loop does. A command beyond the
+    hand's window is clipped to its end, with an event in the recording.
 
     Args:
         target: the hand.
-        recorder: begun here; what it is left with is said below.
-        simulator: the routed hand of the same side.
+        recorder: recorder, started by this function.
+        simulator: routed hand of the target's side.
         commands: (n, 7) float, lengths, m and rad.
-        period_s: time from one command to the next, s, a multiple of `MODEL_STEP_S`.
-        parameters: of the experiment.
-        doing: what sample i does, for the progress.
-        progress: called once a sample.
+        period_s: command period, s, a multiple of `MODEL_STEP_S`.
+        parameters: parameters of the experiment.
+        doing: returns the activity at a sample's index, for the progress.
+        progress: called once per sample.
 
-    Leaves `command`, `model`, `hand` and `goal` (simulator length, m or rad; `goal` is what the map makes of the
-    command there and back, hence `hand` if the hand were perfect), `travel` (cable wound in, m, or rad), `codes` and
-    `command_codes` (u16), `currents` (A) and `temperatures` (degC).
+    Records `command`, `model`, `hand` and `goal` (simulator length, m or rad; `goal` is the command converted to codes
+    and back, equal to `hand` for an ideal hand), `travel` (cable wound in, m, or rad), `codes` and `command_codes`
+    (u16), `currents` (A) and `temperatures` (degC).
     """
     clock, codec = target.clock, target.map
     goals, saturated = codec.saturating_codes(codec.angles_from_travel(codec.travel_from_lengths(commands)))

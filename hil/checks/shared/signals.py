@@ -83,11 +83,10 @@ def own_stretch(steps: Iterable[CommandStep], channel: int) -> tuple[float, floa
     return (stretch[0].start, stretch[-1].end) if stretch else None
 
 
-# What the mechanism alone says about signs; no map, no window and no measurement goes in here.
-#
-# Every servo of a right hand but the flexor's closes its channel by turning towards lower counts, and a left hand is
-# mirrored. A positive current pulls towards lower counts. Source: mounting of the servos (`aero-open-firmware` d7bd82e)
-# and the public logs of June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e).
+# Signs from the mechanism alone, independent of map, window and measurements, so that a check can test the map with
+# them. Every servo of a right hand except the flexor's closes its channel by turning towards lower counts; a left hand
+# is mirrored. A positive current pulls towards lower counts. Source: mounting of the servos (`aero-open-firmware`
+# d7bd82e) and the public logs of June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e).
 def closing_current(currents: Floats, side: Literal["right", "left"]) -> Floats:
     """Return currents with the sign of their effect: positive closes the channel.
 

@@ -42,10 +42,10 @@ def stream(levels: ArrayLike, hold_s: float, lead_s: float, period_s: float = SA
     """Return a stream (n, 7) of fractions of each channel's range; the channels move one after another.
 
     Args:
-        levels: (7, k) float, where each channel goes, one level after another; it ends at 0.
-        hold_s: time at each level, a multiple of the period.
-        lead_s: time at the open hand before the first level.
-        period_s: time from one command to the next.
+        levels: (7, k) float, sequence of levels per channel; the last is 0.
+        hold_s: time at each level, s, a multiple of the period.
+        lead_s: time at the open hand before the first level, s.
+        period_s: command period, s.
     """
     moved = np.repeat(np.asarray(levels, float), round(hold_s / period_s), axis=1)
     lead = np.zeros((round(lead_s / period_s), len(Channel)))
@@ -79,8 +79,8 @@ class Staircase:
         """Return the stream (n, 7) of lengths, m and rad.
 
         Args:
-            open_lengths: (7,) float, m and rad; where every channel waits while another is swept.
-            closed_lengths: (7,) float, the far end of each channel's sweep.
+            open_lengths: (7,) float, m and rad; position of a channel during the sweeps of the others.
+            closed_lengths: (7,) float, m and rad; closed end of each channel's sweep.
         """
         up = np.arange(1, self.levels + 1) / self.levels
         levels = np.tile([*up, *up[-2::-1], 0.0], (len(Channel), 1))
@@ -100,12 +100,12 @@ def run_staircase(
     """Drive simulator and hand through the staircase; the recorder gets the series of `follow`.
 
     Args:
-        target: the hand; it moves through its whole range.
-        recorder: begun here.
-        simulator: the routed hand of the same side.
-        plan: the stream.
-        reach: part of its range over which each channel is swept, above 0 and at most 1.
-        progress: called once a sample.
+        target: the hand, which moves through its whole range.
+        recorder: recorder, started by this function.
+        simulator: routed hand of the target's side.
+        plan: parameters of the stream.
+        reach: swept fraction of each channel's range, above 0 and at most 1.
+        progress: called once per sample.
     """
     opened, closed = reachable(target.map, calibrated_range(simulator))
     shares = np.array([reach[channel] for channel in Channel])

@@ -55,10 +55,10 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 def measure(recording: Recording) -> Measured:
     """Return, by channel, rise (ms) and settled residual (mm, mrad) in its sweep.
 
-    The rise of a channel is withheld where the host was late in all of its steps.
+    The rise of a channel is withheld if the host was late in all of its steps.
 
     Raises:
-        CannotBeMeasuredError: it is too short to evaluate.
+        CannotBeMeasuredError: the recording is too short.
     """
     command, hand = recording["command"], recording["hand"]
     residual, settled = residuals(recording)

@@ -84,13 +84,13 @@ def quiet_trace(times: Floats, values: Floats, ranges: Floats) -> Mask:
 def staircase_metrics(recording: Recording) -> dict[Channel, dict[str, float]]:
     """Evaluate a recording of the staircase: each channel's table row, by metric.
 
-    Lengths are in mm, of the abduction in mrad. Of the simulator a rise counts whole integrator steps, as the paper
-    does; of the hand it is linear between encoder samples, which are coarse against it, and left out where the host was
-    late in most steps. Excursions are those of the channel's own sweep, `tracking_rms` is that of the whole run.
+    Lengths are in mm, of the abduction in mrad. The simulator's rise is in whole integrator steps, as in the paper. The
+    hand's rise is interpolated linearly between the coarser encoder samples, and missing if the host was late in most
+    steps. Excursions are of the channel's own sweep, `tracking_rms` is of the whole run.
 
     Raises:
-        KeyError: the recording lacks a series; it was made by another experiment.
-        CannotBeMeasuredError: it is too short to evaluate.
+        KeyError: the recording lacks a series, because another experiment made it.
+        CannotBeMeasuredError: the recording is too short.
     """
     command, hand, model, travel = (recording[name] for name in ("command", "hand", "model", "travel"))
     residual, settled = residuals(recording)

@@ -147,9 +147,9 @@ def ask(port: str) -> Answers:
     """Read a hand at rest.
 
     Raises:
-        AeroError: it does not answer, or not as a hand does.
+        AeroError: no answer, or not that of a hand.
         ConnectionError: the port cannot be opened, or is lost.
-        ValueError: an address that pyserial does not know.
+        ValueError: an address that pyserial does not support.
     """
     with AeroHand.open_unguarded(port) as hand:
         codes = tuple(hand.read_codes().tolist())
@@ -235,7 +235,7 @@ def restarted(codes: Sequence[int]) -> bool:
 def check_calibration(codes: Sequence[int]) -> Examined:
     """Judge from one reading whether the command windows are those after homing.
 
-    A window of another width shows in nearly every reading; one that is merely moved does not show at all.
+    Nearly every reading reveals a window of another width; no reading reveals a shifted window of equal width.
     """
     odd = [channel.label for channel in Channel if not fits_span(codes[channel], SPANS[channel])]
     at_end = [channel.label for channel in Channel if codes[channel] in (0, MAX_CODE)]
