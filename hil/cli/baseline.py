@@ -14,11 +14,11 @@ from hil.verdict import baseline as baselines
 @click.command()
 @click.argument("results", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
-@click.option("--even-so", is_flag=True, help="Store a run that did not pass, too.")
+@click.option("--even-so", is_flag=True, help="Accept a run that did not pass.")
 def baseline(*, results: Path, folder: Path, even_so: bool) -> None:
-    """Keep the figures of RESULTS, a folder that `validate` wrote, as the baseline FOLDER of one hand.
+    """Store the figures of RESULTS, a folder of `validate`, as the baseline FOLDER of one hand.
 
-    A run that did not pass is refused. Later runs of `aero-hil validate --baseline FOLDER` say what has become worse.
+    A run that did not pass is refused. `aero-hil validate --baseline FOLDER` reports regressions from the baseline.
     """
     with usage_errors():
         baselines.store(results, folder, even_so=even_so)

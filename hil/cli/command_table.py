@@ -34,21 +34,21 @@ class Command(NamedTuple):
 
 
 OWN: dict[str, Command] = {
-    "doctor": Command("hil.cli.doctor:doctor", "Look at this machine and a hand at rest, and say what to do."),
+    "doctor": Command("hil.cli.doctor:doctor", "Examine this machine and a hand at rest; print remedies."),
     "validate": Command("hil.cli.validate:validate", "Check a hand, real or emulated, against its limits."),
-    "diagnose": Command("hil.cli.diagnose:diagnose", "Isolate the part at fault of a hand that failed, step by step."),
+    "diagnose": Command("hil.cli.diagnose:diagnose", "Isolate the faulty part of a hand, step by step."),
     "report": Command("hil.cli.report:report", "Judge recordings again and write the report."),
     "view": Command("hil.cli.view:view", "Play a recording in a web page.", "view"),
     "export": Command("hil.cli.export:export_command", "Write a recording for Foxglove, or a film of it.", "foxglove"),
-    "replay": Command("hil.cli.replay:replay", "Send the bytes of a recording to a hand again."),
-    "baseline": Command("hil.cli.baseline:baseline", "Store a hand's figures, to compare with later."),
-    "history": Command("hil.cli.history:history", "Show a hand over its runs, and readings that drift to a limit."),
+    "replay": Command("hil.cli.replay:replay", "Resend the bytes of a recording to a hand."),
+    "baseline": Command("hil.cli.baseline:baseline", "Store a hand's figures for later comparison."),
+    "history": Command("hil.cli.history:history", "Show a hand's readings over its runs, and drifts."),
     "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
     "faults": Command(
         "hil.cli.faults:faults", "List the faults that can be injected into a hand or a link.", "emulate"
     ),
     "proxy": Command("hil.cli.proxy:proxy", "Inject faults between a program and a port.", "emulate"),
-    "firmware": Command("hil.cli.firmware:firmware", "Build a firmware of your own, and compare two."),
+    "firmware": Command("hil.cli.firmware:firmware", "Build your own firmware; compare two firmwares."),
     "run-policy": Command("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
 }
 

@@ -31,14 +31,13 @@ from hil.verdict.case_file import HandOfCase, StoredCase, read_case
 )  # fmt: skip
 @click.option("--hil", "port", metavar="TARGET", help="Port of the hand, or its name in hands.toml.")
 @VIEW
-@click.option("--same-hand", is_flag=True, help="This is the hand of the case, under another name or serial number.")
+@click.option("--same-hand", is_flag=True, help="Accept another name or serial number for the hand of the case.")
 def diagnose(*, folder: Path, port: str | None, view: bool, same_hand: bool) -> None:
-    """Isolate the part at fault of a hand that failed: the next step, then only what shows the failure, compared.
+    """Isolate the faulty part of a hand step by step, with a rerun of the failed experiments after each step.
 
-    CASE is the folder of the run that failed, validation/latest if not given; version and side are its own. Without
-    --hil, the emulated hand of the case is made anew, with its faults, and each step can be done for you. Ctrl-C puts
-    the case down; the same command takes it up. Exits with 0 when the failure is gone after the last step, and 1 when
-    not.
+    CASE is the folder of the failed run (default: validation/latest), which also provides version and side. Without
+    --hil, the emulated hand of the case is recreated with its faults, and the program can do each step. Ctrl-C
+    interrupts the case; the same command resumes it. Exits with 0 if the failure is gone after the last step, else 1.
     """
     with usage_errors():
         stored = read_case(folder)

@@ -46,14 +46,14 @@ _LOG = logging.getLogger(__name__)
 @emulation
 @FIRMWARE_PROGRAM
 @click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
-@click.option("--bus-link", type=click.Path(path_type=Path), help="Serve the raw servo bus too, linked at PATH.")
-@click.option("--bus-port", help="Serve the servos on this serial port instead, to a physical board; ours stays off.")
-@click.option("--listen", type=HostAndPort(), help="Serve the board at rfc2217://HOST:PORT too, with DTR and RTS.")
+@click.option("--bus-link", type=click.Path(path_type=Path), help="Also serve the raw servo bus, linked at PATH.")
+@click.option("--bus-port", help="Serve the servos on this serial port, for a physical board; no board is emulated.")
+@click.option("--listen", type=HostAndPort(), help="Also serve the board at rfc2217://HOST:PORT, with DTR and RTS.")
 @click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @RECORD
 @VIEW
-@click.option("--prompt", is_flag=True, help="Take words from the standard input also where it is not a terminal.")
+@click.option("--prompt", is_flag=True, help="Accept acts on standard input even if it is not a terminal.")
 @click.option("--parent", type=int, hidden=True, help="Stop when this process is gone.")
 @click.option("--homed", is_flag=True, hidden=True, help="Home the hand before it is served.")
 def emulate(
@@ -73,8 +73,8 @@ def emulate(
 ) -> None:
     """Serve an emulated hand until it is interrupted.
 
-    Prints one line `ready PATH` when a client may open PATH. Words typed then in a terminal are done to the hand:
-    `inject motor_dead:ring`, `clear motor_dead:ring`, `exchange_servos ring pinky`; `help` lists them.
+    Prints one line `ready PATH` once a client can open PATH. The terminal then accepts acts on the hand:
+    `inject motor_dead:ring`, `clear motor_dead:ring`, `exchange_servos ring pinky`; `help` lists all acts.
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():

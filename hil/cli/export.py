@@ -21,13 +21,13 @@ from model.pictures import check_drawing
 @click.option(
     "--out",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="File to write, a film for NAME.gif; NAME-foxglove.mcap beside the recording if not given.",
+    help="File to write; NAME.gif writes a film. Default: NAME-foxglove.mcap beside the recording.",
 )
 def export_command(*, recording: Path, out: Path | None) -> None:
-    """Write RECORDING again with what Foxglove's panels understand: joint states, the hand in 3D, findings.
+    """Convert RECORDING for Foxglove, with joint states, the hand in 3D and the findings.
 
-    The file holds the recording too, so every other command reads it. Open it in Foxglove, then Layouts, Import from
-    file, and take the layout whose place is printed. A film is drawn of an emulated hand that turned a cube.
+    The file includes the recording, so every other command reads it. Open the file in Foxglove, then choose Layouts,
+    Import from file, and the printed layout. A film requires a recording of `run-policy` with an emulated hand.
     """
     path = recording.with_name(f"{recording.stem}-foxglove.mcap") if out is None else out
     film = path.suffix == ".gif"

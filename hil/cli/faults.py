@@ -16,11 +16,11 @@ CHANNELS = {channel.label: channel for channel in Channel}
 
 @click.command()
 @click.argument("words", nargs=-1, metavar="[WORD]...")
-@click.option("--json", "as_json", is_flag=True, help="A list of objects, for programs.")
+@click.option("--json", "as_json", is_flag=True, help="Print a JSON list of objects.")
 def faults(*, words: tuple[str, ...], as_json: bool) -> None:
     """List the faults that can be injected into a hand or a link, by layer.
 
-    A WORD keeps those that can sit on a channel (`ring`) or have it in their row (`motor`, `link`).
+    A WORD selects the faults of a channel (`ring`), or those with the word in their row (`motor`, `link`).
     """
     chosen = [fault for fault in CATALOGUE.values() if all(_has(fault, word.lower()) for word in words)]
     if as_json:

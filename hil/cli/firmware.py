@@ -31,11 +31,11 @@ def firmware() -> None:
 @click.option(
     "--library", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder of FTServo_Arduino."
 )
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="The program to write.")
-@click.option("--hand", type=click.Choice(["right", "left"]), help="Hand, in place of the choice in HandConfig.h.")
-@click.option("--define", "defines", multiple=True, metavar="NAME[=VALUE]", help="A macro; may be repeated.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Program file to write.")
+@click.option("--hand", type=click.Choice(["right", "left"]), help="Side of the hand; overrides HandConfig.h.")
+@click.option("--define", "defines", multiple=True, metavar="NAME[=VALUE]", help="Additional macro; repeatable.")
 @click.option(
-    "--sanitize", default="", metavar="LIST", help="address, undefined or both: stop at the first such error."
+    "--sanitize", default="", metavar="LIST", help="Sanitizers: address, undefined or both; stop at the first error."
 )
 def build_command(
     *,
@@ -66,9 +66,9 @@ def build_command(
 @click.argument("first")
 @click.argument("second")
 @click.option("--hand", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side of both.")
-@click.option("--seed", type=SEED, default=0, show_default=True, help="Of the sessions.")
-@click.option("--only", multiple=True, type=click.Choice(list(MAKERS)), help="Only these sessions; may be repeated.")
-@click.option("--write", type=click.Path(path_type=Path), help="Keep what SECOND did in a file, NAME.jsonl.xz.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the sessions.")
+@click.option("--only", multiple=True, type=click.Choice(list(MAKERS)), help="Run only these sessions; repeatable.")
+@click.option("--write", type=click.Path(path_type=Path), help="Record the output of SECOND in a file NAME.jsonl.xz.")
 def compare_command(
     *,
     first: str,
@@ -78,11 +78,11 @@ def compare_command(
     only: tuple[str, ...],
     write: Path | None,
 ) -> None:
-    """Give FIRST and SECOND the same sessions, and show the first difference of each.
+    """Run equal sessions on FIRST and SECOND, and show the first difference of each session.
 
-    Both are a program of `firmware build` or an emulated version such as 0.2.0. SECOND may also be a file of recorded
-    sessions, which `--write` makes; its sessions are then those that FIRST goes through. Every byte to the host, to the
-    servos and to the storage has to be the same at the same instant. Exits with 1 when anything differs.
+    Both are a program of `firmware build` or an emulated version such as 0.2.0. SECOND may also be a file of sessions
+    recorded with `--write`, which FIRST then repeats. Compared are all bytes to the host, to the servos and to the
+    storage, with their times. Exits with 1 for any difference.
     """
     frames = packets = differing = 0
     seconds = 0.0

@@ -29,9 +29,9 @@ from hil.recordings.output import prepared_file
     help="Page to write.",
 )  # fmt: skip
 def history(*, hand: str, folders: tuple[Path, ...], out: Path) -> None:
-    """Show HAND over all its runs in FOLDERS (`validation` if none), and the readings that drift towards a limit.
+    """Show the readings of HAND over all runs in FOLDERS (default: `validation`), and their drifts towards a limit.
 
-    HAND is its name in hands.toml or its serial number. A drift needs five runs since the last step of a case.
+    HAND is a name in hands.toml or a serial number. A drift requires five runs since the last step of a case.
     """
     places = folders or (Path("validation"),)
     if not folders and not places[0].is_dir():

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 AnyFunction = Callable[..., Any]
 
-FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, may be given several times; `aero-hil faults` lists the names."
+FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, repeatable; `aero-hil faults` lists the names."
 
 
 def open_hand(hand: HandSpec, **fields: Any) -> AbstractContextManager[Target]:
@@ -143,7 +143,7 @@ SIDE = click.Choice(["right", "left"])
 FIRMWARE_PROGRAM = click.option(
     "--firmware-program",
     type=click.Path(exists=True, dir_okay=False, executable=True, path_type=Path),
-    help="What `aero-hil firmware build` made, on the emulated board; --firmware says what it was made from.",
+    help="Run this program of `aero-hil firmware build` on the emulated board; --firmware is its version.",
 )
 TARGET = click.option(
     "--hil", "target_name", default="emulated", show_default=True, metavar="TARGET",
@@ -171,7 +171,7 @@ def emulation(command: AnyFunction) -> AnyFunction:
         click.option(
             "--firmware", type=click.Choice(FIRMWARE), default=DEFAULT_FIRMWARE, show_default=True, help="Version."
         ),
-        click.option("--hand", "side", type=SIDE, default="right", show_default=True, help="Side."),
+        click.option("--hand", "side", type=SIDE, default="right", show_default=True, help="Side of the hand."),
         click.option("--unit", default="reference", show_default=True, help="Unit: name, plausible:SEED or .toml."),
         click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the emulated hand's noise."),
     )

@@ -25,11 +25,11 @@ from hil.targets.hand_spec import PHYSICAL, HandSpec
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @RECORD
 def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], record: Path | None) -> None:
-    """Serve PORT (device path, pyserial URL or name) on a pseudo-terminal, with faults of the link in between.
+    """Serve PORT (device path, pyserial URL or name) on a pseudo-terminal, with link faults in between.
 
-    A name of hands.toml also says version and side, for --record; without one they are 0.2.0 and right.
+    A name in hands.toml also provides version and side for --record; otherwise these are 0.2.0 and right.
 
-    Prints one line `ready PATH` when a client may open PATH.
+    Prints one line `ready PATH` once a client can open PATH.
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():

@@ -37,15 +37,14 @@ NOT_JUDGED = {
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("report.html"), show_default=True)
 @click.option(
     "--beside", "others", type=RECORDING, multiple=True,
-    help="Recording of another run, which is compared and not judged; repeatable.",
+    help="Recording of another run, compared but not judged; repeatable.",
 )  # fmt: skip
 def report(*, recordings: tuple[Path, ...], out: Path, others: tuple[Path, ...]) -> None:
-    """Judge RECORDINGS again and write the report; exits as `validate` does.
+    """Judge RECORDINGS again and write the report; the exit codes are those of `validate`.
 
-    Each recording --beside them is printed next to the one of the same experiment, channel by channel.
+    Each recording of --beside is compared with the one of the same experiment, channel by channel.
 
-    A recording that was cut short is shown and not judged: the exit code is 2 then, unless something else is out of
-    limits.
+    A truncated recording is shown without a verdict; the exit code is then 2, unless another check is out of limits.
     """
     made = {path: _judgeable(path) for path in recordings}
     _print_beside(made, others)

@@ -43,19 +43,19 @@ CODES = {Ending.TIME: Exit.WITHIN_LIMITS, Ending.OVERRUN: Exit.HOST_BUSY, Ending
 @click.command("run-policy")
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
 @target
-@click.option("--seconds", type=SECONDS, default=15.0, show_default=True, help="Time under the policy.")
-@click.option("--dry-run", is_flag=True, help="Read and act, but write nothing to the hand.")
+@click.option("--seconds", type=SECONDS, default=15.0, show_default=True, help="Run time of the policy, s.")
+@click.option("--dry-run", is_flag=True, help="Run the policy on the readings without commanding the hand.")
 @click.option(
-    "--wait", type=Finite(0.0, LONGEST_S), default=1.5, show_default=True, help="Seconds for placing the object."
+    "--wait", type=Finite(0.0, LONGEST_S), default=1.5, show_default=True, help="Time for placing the object, s."
 )
 @click.option(
     "--correction", "correction_name", metavar="WHOSE",
-    help="Whose correction of the cables: `typical` of healthy hands, `none`, or a unit, such as a file of "
-    "`aero-hil calibrate`. The hand's own in hands.toml, or `typical`, when left out.",
+    help="Cable-length correction: `typical` of healthy hands, `none`, or that of a unit, such as a file of "
+    "`aero-hil calibrate`. Default: the twin in hands.toml, else `typical`.",
 )  # fmt: skip
-@click.option("--empty", is_flag=True, help="Leave an emulated hand empty.")
+@click.option("--empty", is_flag=True, help="Run an emulated hand without a cube.")
 @VIEW
-@click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write everything to this MCAP file.")
+@click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Record the run to this MCAP file.")
 def run_policy(
     *,
     policy_name: str,
@@ -68,15 +68,16 @@ def run_policy(
     view: bool,
     record: Path | None,
 ) -> None:
-    """Run POLICY on a hand: slowly to its grasp, a wait for the object, the policy, slowly back.
+    """Run POLICY on a hand: ramp to the grasp, wait for the object, run the policy, ramp back.
 
-    POLICY is the shipped one, `steady` (the default), a policy file, an ONNX file, or package.module:factory in Python.
-    A TOML file beside the last two says what they observe and what their actions mean; docs/your_policy.md.
+    POLICY is `steady` (shipped, the default), a policy file, an ONNX file, or package.module:factory in Python. A TOML
+    file beside the last two declares observation and action; see docs/your_policy.md.
 
-    Every hand is guarded, an emulated one too, and ends open. An emulated hand in this process gets the paper's cube.
+    Every hand is guarded, even an emulated one, and finally opened. An emulated hand in this process gets the paper's
+    cube.
 
-    Exits with 0 when the time ran out, 1 when the guard or missing readings ended it, and 7 when the policy or this
-    computer was too slow; docs/commands.md has the other codes.
+    Exits with 0 after the full time, 1 after a stop by the guard or missing readings, and 7 if the policy or this
+    computer was too slow; docs/commands.md lists the other codes.
     """
     console = new_console()
     holds_cube = hand.target == "emulated" and not (dry_run or empty)

@@ -36,24 +36,24 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
 @click.option(
     "--baseline",
     type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Also say what has become worse than in this folder, which `aero-hil baseline` made.",
+    help="Also report regressions from this folder of `aero-hil baseline`.",
 )
 @click.option(
     "--zeros", type=click.Choice(["homed", "ideal"]), default="homed", show_default=True,
-    help="Encoder zeros of an emulated hand: as homing leaves them, as on every physical hand, or of the drawing.",
+    help="Encoder zeros of an emulated hand: from homing, as on a physical hand, or ideal.",
 )  # fmt: skip
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=f"Inject into an emulated hand: {FAULT_HELP}")
 @VIEW
-@click.option("--dry-run", is_flag=True, help="Read currents and temperatures, show what would move, and stop.")
+@click.option("--dry-run", is_flag=True, help="Read currents and temperatures, print the planned motion, and stop.")
 @click.option(
     "--out", type=NewFolder(),
-    help="Folder for the report, the metrics and the recordings; validation/DATE-AND-TIME if not given.",
+    help="Folder of report, metrics and recordings; default: validation/DATE-AND-TIME.",
 )  # fmt: skip
 def validate(*, hand: HandSpec, baseline: Path | None, zeros: str, **options: Any) -> None:
-    """Check a hand: is everything there, does it move as it should, does it agree with the simulator?
+    """Check a hand: completeness, motion, agreement with the simulator.
 
-    Recordings are written as they are made; after any ending, the figures of what had ended are there. Exits with 0
-    when everything is within limits and 1 when not; docs/commands.md has the other codes.
+    Recordings are written during the run, so that any ending keeps the results so far. Exits with 0 if everything is
+    within limits, else 1; docs/commands.md lists the other codes.
     """
     from hil.cli.validation_run import run  # noqa: PLC0415 - help is quick
 

@@ -26,7 +26,7 @@ from hil.view.web_page import Page
 def view(*, recording: Path) -> None:
     """Play RECORDING in a web page on this machine, until Ctrl-C.
 
-    The posture is what the actuation map makes of the encoders. Judged again where it is of an experiment.
+    The posture is estimated from the encoders by the actuation map. The recording of an experiment is judged again.
     """
     with usage_errors():
         recorded = read_recording(recording)

@@ -6,11 +6,11 @@ from hil.cli.command_table import Command
 
 COMMANDS: dict[str, Command] = {
     "campaign": Command("train.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
-    "limits": Command("train.cli.limits:limits", "Make the limits from a population of healthy hands.", "campaign"),
-    "shipped": Command("train.cli.shipped:shipped", "Say which of the files that ship are out of date."),
+    "limits": Command("train.cli.limits:limits", "Compute the limits from healthy hands.", "campaign"),
+    "shipped": Command("train.cli.shipped:shipped", "List the shipped files that are out of date."),
     "calibrate": Command("train.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
-    "record": Command("train.cli.record:record_command", "Excite a hand and record what calibration needs."),
+    "record": Command("train.cli.record:record_command", "Excite a hand and record it for calibration."),
     "train": Command("train.cli.train:train", "Train a policy."),
     "evaluate": Command("train.cli.evaluate:evaluate", "Measure a policy on emulated hands with a cube."),
-    "convert-policy": Command("train.cli.convert_policy:convert_policy", "Turn a Brax checkpoint into a policy file."),
+    "convert-policy": Command("train.cli.convert_policy:convert_policy", "Convert a Brax checkpoint to a policy file."),
 }

@@ -43,9 +43,9 @@ OPEN = " *"
 @click.command("calibrate")
 @click.argument("recordings", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Unit file to write.")
-@click.option("--start", default="reference", show_default=True, help="Unit to start from, or a .toml.")
-@click.option("--firmware", type=click.Choice(list(FIRMWARE)), help="Version; that of the recordings if not given.")
-@click.option("--plots", type=NewFolder(), help="Folder for predicted and recorded.")
+@click.option("--start", default="reference", show_default=True, help="Starting unit: name or .toml.")
+@click.option("--firmware", type=click.Choice(list(FIRMWARE)), help="Version; default: that of the recordings.")
+@click.option("--plots", type=NewFolder(), help="Folder of plots, predicted and recorded.")
 @click.option("--jobs", type=click.IntRange(1, 1000), default=os.cpu_count() or 1, show_default=True, help="Processes.")
 def calibrate_command(
     *,
@@ -58,10 +58,10 @@ def calibrate_command(
 ) -> None:
     """Fit a unit to RECORDINGS (.mcap of `aero-hil record`, or .npz) of one right or left hand and write it to a file.
 
-    Prints each fitted number with its 95 % interval, the fit by channel, and what it is worth on recordings, or on
-    parts of them when there are fewer than three, that it has not seen. The last tables replay them through every byte,
-    beside how far the hand differs from itself where two recordings command alike: no unit can do better. What the
-    recordings do not tell stays as in the starting unit. Ctrl-C and a termination write the best unit so far.
+    Prints each fitted number with its 95 % interval, the fit error by channel, and the error on left-out recordings (or
+    parts, with fewer than three recordings). The last tables compare a replay of the whole chain with the recordings,
+    beside the hand's own repeatability, the lower bound for any unit. Numbers that the recordings do not determine keep
+    the starting unit's values. Ctrl-C and SIGTERM write the best unit so far.
     """
     console = new_console()
     with usage_errors():

@@ -42,10 +42,8 @@ Workers = Callable[[], AbstractContextManager[Executor]]
 def execution_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options for workers to a command, which receives them as `workers`."""
 
-    @click.option(
-        "--workers", type=click.IntRange(1, 1000), help="Processes on this machine; one for each core if not given."
-    )
-    @click.option("--scheduler", help="Address of a Dask scheduler, to run on its workers: tls://HOST:8786.")
+    @click.option("--workers", type=click.IntRange(1, 1000), help="Processes on this machine; default: one per core.")
+    @click.option("--scheduler", help="Address of a Dask scheduler whose workers are used: tls://HOST:8786.")
     @wraps(command)
     def chosen(*, workers: int | None, scheduler: str | None, **others: Any) -> None:
         found: Workers = partial(worker_processes, workers or usable_cores())
@@ -59,25 +57,25 @@ def execution_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 @click.command()
-@click.option("--healthy", type=click.IntRange(0, MOST), default=0, help="Healthy hands of the population.")
+@click.option("--healthy", type=click.IntRange(0, MOST), default=0, help="Number of healthy hands.")
 @click.option(
     "--condition", "conditions", multiple=True, type=click.Choice(KINDS),
-    help="Find all healthy hands under conditions of this kind, repeatable; without it half of them under every kind.",
+    help="Initial condition of all healthy hands, repeatable; default: all kinds on half of the hands.",
 )  # fmt: skip
 @click.option(
     "--fault", "faults", multiple=True,
-    help="A fault as `aero-hil faults` lists it, several for one hand with commas between, or `all` for each of the "
-    "list in its three severities; repeatable.",
+    help="Fault of `aero-hil faults`; several for one hand separated by commas; `all` for each fault in its three "
+    "severities; repeatable.",
 )  # fmt: skip
-@click.option("--hands", type=click.IntRange(1, MOST), default=5, show_default=True, help="Hands for each fault.")
+@click.option("--hands", type=click.IntRange(1, MOST), default=5, show_default=True, help="Number of hands per fault.")
 @click.option("--first-seed", type=SEED, default=0, show_default=True, help="Seed of the first hand.")
 @click.option("--firmware", type=click.Choice(list(FIRMWARE)), multiple=True, default=USUAL_FIRMWARE, show_default=True,
-              help="Version on the boards; several take turns.")  # fmt: skip
-@click.option("--only", "names", multiple=True, type=click.Choice(list(EXPERIMENTS)), help="Run only this experiment.")
-@click.option("--stop-early", is_flag=True, help="End a hand's run with the first experiment that fails a check.")
+              help="Firmware version; several alternate.")  # fmt: skip
+@click.option("--only", "names", multiple=True, type=click.Choice(list(EXPERIMENTS)), help="Experiment; repeatable.")
+@click.option("--stop-early", is_flag=True, help="End a hand's run at the first experiment with a failed check.")
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path),
-    help="Folder of the campaign; an interrupted one is resumed. campaign/DATE-AND-TIME if not given.",
+    help="Folder of the campaign; an interrupted one is resumed. Default: campaign/DATE-AND-TIME.",
 )  # fmt: skip
 @execution_options
 def campaign(

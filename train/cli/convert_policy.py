@@ -20,17 +20,18 @@ from train.convert import convert
 @click.argument("policy", type=click.Path(dir_okay=False, path_type=Path))
 @click.option(
     "--settings", type=click.Choice(list(PRESETS)), default="training", show_default=True,
-    help="Nominal grasp and scales it was trained with, as a preset of the paper's.",
+    help="Preset of the paper with nominal grasp and scales of the training.",
 )  # fmt: skip
 @click.option(
     "--shown-action", type=click.Choice([shown.value for shown in ShownAction]), default="before_last",
-    show_default=True, help="Action that its observation shows; the released environment shows `before_last`.",
+    show_default=True, help="Past action in the observation; `before_last` as in the released environment.",
 )  # fmt: skip
 def convert_policy(*, checkpoint: Path, policy: Path, settings: str, shown_action: str) -> None:
-    """Turn CHECKPOINT, Brax PPO parameters of the cube task, into the file POLICY.
+    """Convert CHECKPOINT, Brax PPO parameters of the cube task, to the policy file POLICY.
 
-    CHECKPOINT is a pickle, as the released one, or a folder that Orbax wrote, as Brax does today. Nothing in a pickle
-    is run: what it names beyond the few classes of such a checkpoint is refused. Folders need the `train` extra.
+    CHECKPOINT is a pickle, like the released one, or a folder of Orbax, as written by current versions of Brax. No code
+    of a pickle is executed: names other than the few classes of such a checkpoint are refused. Folders require the
+    extra `train`.
     """
     with usage_errors():
         prepared_file(policy)

@@ -63,38 +63,38 @@ SCALE = {"finger_travel_m_s": 1e3}
 @click.argument("policy_name", metavar="[POLICY]", default=DEFAULT)
 @click.option(
     "--on", "backends", type=click.Choice(ON), multiple=True, default=ON, show_default=True,
-    help="`simulation` in this process, `hands`: any cube on fresh emulated hands through every byte. Repeatable.",
+    help="`simulation`: MuJoCo alone; `hands`: emulated hands with board and bus, random cubes. Repeatable.",
 )  # fmt: skip
 @click.option(
     "--as", "deployment_name", type=click.Choice(list(load_deployments())),
-    help="Predict a physical hand that is run in this way, beside plain MuJoCo; docs/training.md has the table.",
+    help="Predict a physical hand under this deployment, beside plain MuJoCo; table in docs/training.md.",
 )  # fmt: skip
-@click.option("--seconds", type=SECONDS, default=15.0, show_default=True, help="Length of a trial.")
-@click.option("--seed", type=SEED, help="Seed of everything that is drawn; a fresh one, which is printed, by default.")
+@click.option("--seconds", type=SECONDS, default=15.0, show_default=True, help="Length of a trial, s.")
+@click.option("--seed", type=SEED, help="Seed of all random numbers; default: a fresh one, which is printed.")
 @click.option(
     "--episodes", type=click.IntRange(1, MOST), default=100, show_default=True,
-    help="Simulation: episodes of each condition.",
+    help="Simulation: number of episodes per condition.",
 )  # fmt: skip
 @click.option(
     "--units", type=click.IntRange(1, MOST), default=20, show_default=True,
-    help="Hands: how many, right and left in turn, each with a cube of its own; with --as, trials.",
+    help="Number of hands, right and left in turn, each with a random cube; with --as, number of trials.",
 )  # fmt: skip
 @click.option(
     "--correction", "correct", type=click.Choice(CORRECTIONS), default=CORRECTIONS[0], show_default=True,
-    help="Hands: which correction of the cables; `wrong` is the exact one, off by 0.5 mm each (standard deviation).",
+    help="Hands: cable-length correction; `wrong` is the exact one with a random error of 0.5 mm per cable.",
 )  # fmt: skip
 @click.option(
     "--twins", type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Hands: folder of unit files that `aero-hil calibrate` fitted to these hands, named SEED.toml.",
+    help="Hands: folder of unit files SEED.toml of `aero-hil calibrate` for these hands.",
 )  # fmt: skip
 @click.option(
     "--cube", "cube_size", type=(Finite(20.0, 100.0), Finite(1.0, 1000.0), Finite(0.05, 2.0)), metavar="MM G FRICTION",
     default=(1e3 * CUBE.side_m, 1e3 * CUBE.mass_kg, CUBE.friction), show_default=True,
-    help="With --as: side, mass and friction of the cube; a friction below 0.2 leaves the hand's own.",
+    help="With --as: side, mass and friction of the cube; the contact friction is at least the hand's 0.2.",
 )  # fmt: skip
 @click.option(
     "--out", type=NewFolder(), default=Path("evaluation"), show_default=True,
-    help="Folder for evaluation.json and the picture.",
+    help="Folder of evaluation.json and the picture.",
 )  # fmt: skip
 @click.pass_context
 def evaluate(
@@ -112,9 +112,9 @@ def evaluate(
     cube_size: tuple[float, float, float],
     out: Path,
 ) -> None:
-    """Measure POLICY, the shipped one (`steady`, the default) or a file: does it keep the cube, how fast does it turn?
+    """Measure survival and rotation rate of POLICY, `steady` (shipped, the default) or a file.
 
-    A trial through every byte takes about a second of a core for 15 s, and all cores work.
+    A trial of 15 s on an emulated hand takes about a second of a core; all cores are used.
     """
     console = new_console(width=None if sys.stdout.isatty() else WIDTH)
     seed = int(np.random.default_rng().integers(FRESH_SEEDS)) if seed is None else seed

@@ -25,7 +25,7 @@ COMMAND = "aero-hil limits make --out build/limits --data hil/data"
 
 @click.group()
 def limits() -> None:
-    """The limits of the verdict, computed from healthy hands."""
+    """Compute the limits of the verdict from healthy hands."""
 
 
 @limits.command()
@@ -35,14 +35,14 @@ def limits() -> None:
 )  # fmt: skip
 @click.option(
     "--data", type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for limits.csv and population.toml, OUT if not given; `hil/data` replaces a checkout's.",
+    help="Folder of limits.csv and population.toml, default: OUT; `hil/data` updates a checkout.",
 )  # fmt: skip
 @execution_options
 def make(*, out: Path, data: Path | None, workers: Workers) -> None:
     """Draw the population, validate each hand, and compute a limit for each check, subject and firmware.
 
-    Every hand is one of seeds that are written down, so the same program makes the same table. It takes an
-    hour of two cores. The false alarms on hands that the limits were not made from are printed.
+    The seeds of the hands are fixed, so a program version always computes the same table, in an hour on two
+    cores. The cross-validated number of false alarms is printed.
     """
     console = new_console()
     with usage_errors():

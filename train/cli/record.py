@@ -23,16 +23,16 @@ LABELS = tuple(channel.label for channel in Channel)
 
 @click.command("record")
 @target
-@click.option("--excite", type=click.Choice([*MOTIONS, "all"]), default="all", show_default=True, help="What to play.")
+@click.option("--excite", type=click.Choice([*MOTIONS, "all"]), default="all", show_default=True, help="Motion.")
 @click.option(
     "--scale",
     type=Finite(0.0, 1.0, min_open=True),
     default=0.5,
     show_default=True,
-    help="Share of the safe reach, up to 1.",
+    help="Fraction of the safe reach.",
 )
-@click.option("--channel", "channels", multiple=True, type=click.Choice(LABELS), help="Only this one; repeatable.")
-@click.option("--dry-run", is_flag=True, help="Read the hand, show what would move, and stop there.")
+@click.option("--channel", "channels", multiple=True, type=click.Choice(LABELS), help="Moved channel; repeatable.")
+@click.option("--dry-run", is_flag=True, help="Read the hand, print the planned motion, and stop.")
 @click.option(
     "--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("excitation.mcap"), show_default=True,
     help="Recording to write.",
@@ -48,9 +48,9 @@ def record_command(
 ) -> None:
     """Excite a free hand with steps, ramps and chirps and record it for `aero-hil calibrate`.
 
-    The fingers move together, each channel of the thumb alone. Nothing may be in reach of them. A hand on a port is
-    guarded: it is opened slowly, and the exit code is 4, at a current, a temperature, stale readings or an encoder
-    beyond the thresholds shown. What was recorded until an interruption is kept.
+    The fingers move together, each thumb channel alone, with nothing in their reach. The guard opens a hand on a port
+    slowly, with exit code 4, if a current, a temperature, an encoder or the age of the readings exceeds its printed
+    threshold. An interruption keeps the recording so far.
     """
     console = new_console()
     with usage_errors():

@@ -13,13 +13,13 @@ from train.shipped import TABLE, load, made, problems, store
 
 
 @click.command()
-@click.option("--check", is_flag=True, help="Print only what is out of date; exit with 1 if anything is.")
-@click.option("--made", "file", metavar="FILE", help="Note that FILE was made by the commit that is checked out.")
-@click.option("--reason", default="", help="With --made: the changes since are harmless, because ...")
+@click.option("--check", is_flag=True, help="Print only outdated files; exit with 1 if there are any.")
+@click.option("--made", "file", metavar="FILE", help="Mark FILE as made by the checked-out commit.")
+@click.option("--reason", default="", help="With --made: reason why the changes since then are harmless.")
 def shipped(*, check: bool, file: str | None, reason: str) -> None:
-    """List the files that ship with the command and commit that made them, and what is out of date.
+    """List the shipped files with the command and commit that made them, and the outdated ones.
 
-    Works in a checkout with its history.
+    Requires a checkout with complete history.
     """
     with usage_errors():
         artefacts = load()

@@ -29,28 +29,28 @@ WITHOUT_GPU = (
 @click.argument("recipe", type=click.Choice(list(RECIPES)), default="steady")
 @click.option(
     "--backend", type=click.Choice(["native", "mjx"]),
-    help="Physics: `native` on all cores, `mjx` on GPUs; by default what this machine has.",
+    help="Physics: `native` on all cores, `mjx` on a GPU; default: `mjx` if JAX finds a GPU.",
 )  # fmt: skip
-@click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of everything that is drawn.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of all random numbers.")
 @click.option(
     "--minutes",
     type=Finite(0.0, min_open=True),
-    help="Wall time of this call; without it the recipe's steps decide. A bounded run can be resumed.",
+    help="Limit of the wall time; a run that reaches it can be resumed. Default: no limit.",
 )
 @click.option("--steps", type=click.IntRange(1, 10**12), help="Environment steps instead of the recipe's.")
 @click.option(
     "--from", "parameters", type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Parameters of a checkpoint of another run: the last stage alone goes on from them.",
+    help="Checkpoint of another run from which to train the last stage only.",
 )  # fmt: skip
 @click.option("--resume", is_flag=True, help="Continue the run in the folder.")
 @click.option("--threads", type=click.IntRange(1, 1024), help="Threads of the native backend; all cores by default.")
 @click.option(
     "--units", type=click.IntRange(0, 10_000), default=200, show_default=True,
-    help="Random hands with any cube on which the best two checkpoints are compared at the end; 0 for none.",
+    help="Random hands and cubes for the final comparison of the two best checkpoints; 0 skips it.",
 )  # fmt: skip
 @click.option(
     "--out", type=NewFolder(), default=Path("training"), show_default=True,
-    help="Folder for the policy, the curve and the checkpoint.",
+    help="Folder of policy, learning curve and checkpoints.",
 )  # fmt: skip
 def train(
     *,
@@ -67,9 +67,9 @@ def train(
 ) -> None:
     """Train RECIPE, `steady` for the hand or `paper` for comparison.
 
-    Ctrl-C, a termination and `--minutes` end it within seconds and lose nothing: `--resume` continues from there, to
-    the same weights as without the break. At the end the last checkpoints and the average of the weights are compared
-    on hands that no training has seen, and the best one is written.
+    Ctrl-C, SIGTERM and `--minutes` end the training within seconds without loss: `--resume` continues to the weights of
+    an uninterrupted run. Finally the last checkpoints and the average of their weights are compared on held-out hands;
+    the best one is written.
     """
     with usage_errors():
         prepared_folder(out)

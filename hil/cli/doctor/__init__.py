@@ -35,12 +35,12 @@ COLOURS = {Verdict.OK: "green", Verdict.LOOK: "yellow", Verdict.WRONG: "red"}
 
 @click.command()
 @click.option(
-    "--hil", "port", metavar="PORT", help="Port or name in hands.toml of a hand, which is asked at rest; nothing moves."
+    "--hil", "port", metavar="PORT", help="Port of a hand, or its name in hands.toml; the hand is queried, not moved."
 )
-@click.option("--save", metavar="NAME", help="Add the hand of --hil to hands.toml in this folder, under this name.")
-@click.option("--json", "as_json", is_flag=True, help="Print data for programs and for bug reports.")
+@click.option("--save", metavar="NAME", help="Add the hand of --hil under this name to hands.toml in this folder.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON, for programs and bug reports.")
 def doctor(port: str | None, save: str | None, as_json: bool) -> None:
-    """Look at this machine, its serial ports and a hand at rest, and say what to do."""
+    """Examine this machine, its serial ports and a hand at rest, and print remedies."""
     if port == "":
         raise click.BadParameter("it is empty; name a port, or leave --hil away", param_hint="--hil")
     if save is not None and port is None:
