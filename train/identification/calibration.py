@@ -14,7 +14,7 @@ from hil.recordings.errors import UnusableFileError
 from model.units import Unit
 from train.identification.replay_score import held_out
 from train.identification.search import (
-    STEPS,
+    EVALUATIONS,
     Found,
     Report,
     find_slopes,
@@ -173,7 +173,7 @@ def calibrate(
 def _rounds(model: UnitModel, jacobians: int) -> int:
     """Estimate the replays of all traces for a search with `jacobians`; a single one includes the fixed numbers."""
     slopes, phases = len(slope_groups(model.free)), len(model.phases_s)
-    return phases + jacobians * (slopes + STEPS + 2) + (len(slope_groups(KEPT)) + 1 if jacobians == 1 else 0)
+    return phases + jacobians * (slopes + EVALUATIONS) + (len(slope_groups(KEPT)) + 1 if jacobians == 1 else 0)
 
 
 def _one_firmware(traces: Sequence[Trace], asked: str | None) -> str:

@@ -12,13 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from train.identification.search import (
-    LARGEST_STEP,
-    Found,
-    gauss_newton_step,
-    pooled_rms,
-    spreads,
-)
+from train.identification.search import NOISE_COUNTS, Found, pooled_rms, solved, spreads
 from train.identification.trace import CHANNELS, Trace
 from train.identification.trace_replay import ReplayedTrace
 from train.identification.unit_parameters import Floats, Residuals, UnitModel
@@ -136,9 +130,9 @@ BLOCK_S = 2.4
 def held_out(model: UnitModel, found: Found) -> list[Residuals]:
     """Return cross-validated residuals: of each part with numbers fitted to the others, by part, then by trace.
 
-    A part is a trace, or every fourth block of each trace with fewer than `FEWEST`. One Gauss-Newton step from the
-    complete fit gives the numbers without a part, and the slopes give its prediction, so nothing is replayed (PRESS,
-    as in linear regression).
+    A part is a trace, or every fourth block of each trace with fewer than `FEWEST`. A search from the complete fit by
+    its slopes gives the numbers without a part, and the slopes give its prediction, so nothing is replayed (PRESS, as
+    in linear regression).
     """
     n = len(model.traces)
     part_of = [
@@ -154,12 +148,16 @@ def held_out_rms(held: Sequence[Residuals]) -> float:
 
 def _predicted(model: UnitModel, found: Found, left_out: Sequence[NDArray[np.bool_]]) -> Residuals:
     """Return the residuals of the readings `left_out` (mask (m,) per trace) with numbers fitted to the others."""
-    spread = spreads(model)
-    residuals = [r[~out] for r, out in zip(found.residuals, left_out, strict=True)]
+
+    def moved(x: Floats) -> Residuals:
+        return [r + s @ (x - found.x) for r, s in zip(found.residuals, found.slopes, strict=True)]
+
+    def others(x: Floats) -> Residuals:
+        return [r[~out] for r, out in zip(moved(x), left_out, strict=True)]
+
     slopes = [s[~out] for s, out in zip(found.slopes, left_out, strict=True)]
-    step = gauss_newton_step(residuals, slopes, found.x, spread)
-    step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
-    return [r[out] + s[out] @ step for r, s, out in zip(found.residuals, found.slopes, left_out, strict=True)]
+    x = solved(others, slopes, found.x, spreads(model), NOISE_COUNTS)
+    return [r[out] for r, out in zip(moved(x), left_out, strict=True)]
 
 
 def _parts(times: Floats) -> NDArray[np.int64]:

@@ -1,6 +1,6 @@
 """Search for the numbers that predict traces best.
 
-Damped Gauss-Newton, alternating with what belongs to a recording and not to the hand: where its
+Gauss-Newton in a trust region, alternating with what belongs to a recording and not to the hand: where its
 readings lie on the grid of the board's telemetry. Slopes are what costs, so several steps are taken with the same ones.
 What is searched for is held near the start by a stated spread, so that a number which the traces do not tell stays
 where it was.
@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.special import huber
 
 from train.identification.unit_parameters import Floats, Free, Residuals, UnitModel
 
@@ -25,14 +26,10 @@ QUIETEST_COUNTS = 1.0
 """How far at least: a prediction that misses by less is not believed more, counts rms."""
 ROUNDED_COUNTS = 1.0
 """Change of a reading in whole counts that no number need have made."""
-LARGEST_STEP = 1.0
-"""Longest step of one number in one iteration in units of `Free.spread`."""
-SHORTENED = (1.0, 0.4, 0.15)
-"""Shares of a step that are tried until one lowers the cost."""
 NEAR = 4
 """Share of the grid of phases by which those of a coarser model are off at most."""
-STEPS = 3
-"""Steps at most that are taken with the same slopes."""
+EVALUATIONS = 5
+"""Predictions at most by the same slopes; the first one is known already."""
 WORTH_A_STEP = 0.05
 """Relative gain of a step that is worth another with the same slopes."""
 CONVERGED = 0.02
@@ -109,22 +106,53 @@ def search(
 
 def _descended(model: UnitModel, found: Found, noise: float) -> Found:
     """Return what is found some steps further with the same slopes, or the same when no step lowers the cost."""
-    spread, n = spreads(model), len(model.traces)
-    before = _objective(model, found, noise)
-    for _ in range(STEPS):
-        step = gauss_newton_step(found.residuals, found.slopes, found.x, spread, noise)
-        step = np.clip(step, -LARGEST_STEP * spread, LARGEST_STEP * spread)
-        for share in SHORTENED:
-            x = found.x + share * step
-            tried = replace(found, x=x, residuals=model.residuals([x] * n, found.phases_s))
-            if (cost := _objective(model, tried, noise)) < before:
-                break
-        else:
-            return found
-        found, gain, before = tried, 1.0 - cost / before, cost
-        if gain < WORTH_A_STEP:
-            break
-    return found
+    tried = {found.x.tobytes(): found.residuals}
+
+    def residuals(x: Floats) -> Residuals:
+        if x.tobytes() not in tried:
+            tried[x.tobytes()] = model.residuals([x] * len(model.traces), found.phases_s)
+        return tried[x.tobytes()]
+
+    x = solved(residuals, found.slopes, found.x, spreads(model), noise)
+    return replace(found, x=x, residuals=tried[x.tobytes()])
+
+
+def solved(
+    residuals: Callable[[Floats], Residuals], slopes: Sequence[Floats], x: Floats, spread: Floats, noise: float
+) -> Floats:
+    """Return the numbers, (p,), of least cost within `EVALUATIONS` of `residuals`, by the same slopes throughout.
+
+    Args:
+        residuals: per trace, of numbers.
+        slopes: per trace (m, 7, p), at `x`.
+        x: where the search starts; a trust region of one spread around it grows or shrinks.
+        spread: of the free numbers, (p,); `x` is held near zero by it.
+        noise: what residuals are held against, counts.
+    """
+
+    def weighed(step: Floats) -> Floats:
+        there = x + step * spread
+        return np.concatenate([*(r.ravel() / noise for r in residuals(there)), there / spread])
+
+    rows = [slope.reshape(-1, len(x)) * (spread / noise) for slope in slopes]
+    jacobian = np.vstack([*rows, np.eye(len(x))])
+
+    def slope(_step: Floats) -> Floats:
+        return jacobian
+
+    found = least_squares(
+        weighed,
+        np.zeros(len(x)),
+        jac=slope,
+        method="dogbox",  # bounds each number's step, as a box; `trf` bounds the norm of all of them
+        loss="huber",
+        f_scale=OUTLIER_COUNTS / noise,
+        ftol=WORTH_A_STEP,
+        xtol=None,
+        gtol=None,
+        max_nfev=EVALUATIONS,
+    )
+    return x + found.x * spread
 
 
 def _rephased(model: UnitModel, found: Found, phases_s: Sequence[Sequence[float]]) -> Found:
@@ -194,21 +222,6 @@ def slope_groups(free: Sequence[Free]) -> tuple[tuple[int, ...], ...]:
     return tuple(map(tuple, groups))
 
 
-def gauss_newton_step(
-    residuals: Residuals, slopes: Sequence[Floats], x: Floats, spread: Floats, noise: float = NOISE_COUNTS
-) -> Floats:
-    """Return the step, (p,), that minimises the squares of the residuals over `noise` and of `x` over `spread`."""
-    normal: NDArray[np.floating] = np.diag(1.0 / np.square(spread))
-    gradient: NDArray[np.floating] = x / np.square(spread)
-    for residual, slope in zip(residuals, slopes, strict=True):
-        flat = slope.reshape(residual.size, len(x))
-        weighted = flat * (_weights(residual).reshape(-1, 1) / noise**2)
-        normal = normal + weighted.T @ flat
-        gradient = gradient + weighted.T @ residual.ravel()
-    step: Floats = -np.linalg.solve(normal, gradient)
-    return step
-
-
 def spreads(model: UnitModel) -> Floats:
     """Return the spreads of a model's free numbers, (p,)."""
     return np.array([number.spread for number in model.free])
@@ -232,15 +245,9 @@ def _best_phased(model: UnitModel, x: Floats, phases_s: Sequence[Sequence[float]
     return Found(x, phases, [missed[row][trace] for trace, row in enumerate(best)], [])
 
 
-def _weights(residual: Floats) -> Floats:
-    weights: Floats = np.minimum(1.0, OUTLIER_COUNTS / np.maximum(np.abs(residual), 1e-9))
-    return weights
-
-
 def _cost(residual: Floats) -> float:
     """Huber's loss: squares up to `OUTLIER_COUNTS`, then straight on."""
-    size = np.abs(residual)
-    return float(np.sum(np.where(size < OUTLIER_COUNTS, size**2, OUTLIER_COUNTS * (2 * size - OUTLIER_COUNTS))))
+    return 2.0 * float(np.sum(huber(OUTLIER_COUNTS, residual)))
 
 
 def _objective(model: UnitModel, found: Found, noise: float) -> float:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from train.identification.search import gauss_newton_step
+from train.identification.search import NOISE_COUNTS, solved
 from train.identification.uncertainty import (
     COVERAGE_SIGMA,
     covariance,
@@ -39,8 +39,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(together, hidden_spread):
     for _ in range(200):
         truth, kept = draw.normal(size=3) * SPREAD, draw.normal(size=1) * hidden_spread
         residual = noise(draw, together) - slope @ truth - felt @ kept
-        x = np.zeros(3)
-        x = x + gauss_newton_step([residual], [slope], x, SPREAD)
+        x = solved(lambda x, r=residual: [r + slope @ x], [slope], np.zeros(3), SPREAD, NOISE_COUNTS)
         missed = residual + slope @ x
         errors = covariance([missed], [slope], SPREAD, [felt], np.array([hidden_spread]))
         low, high = intervals(lambda x: {"take_up": x}, x, errors)["take_up"]
