@@ -7,20 +7,15 @@ their defaults. The motors' back-EMF follows from the servos. `description` iden
 from __future__ import annotations
 
 import dataclasses
-import math
-import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
-from typing import Any, TypeVar
 
 from aero.regular_file import read_text
+from aero_hil_toml import filled, parsed
 from firmware_emulator.plant import Drive
 from firmware_emulator.servo.parameters import ServoParameters
 from model import BuiltHandParameters
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -82,17 +77,10 @@ def load_unit(name: str) -> Unit:
         text = resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8")
     else:
         raise ValueError(f"there is no unit {name!r}; shipped are {', '.join(shipped_units())}, or give a .toml file")
-    try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"unit {name} is no TOML: {error}") from error
+    table = parsed(text, f"unit {name}")
     if "name" in table:
         raise ValueError(f"unit {name}: a unit is named by its file, remove the key 'name'")
-    try:
-        unit = fill(Unit, table, f"unit {name}")
-    except (ValueError, ArithmeticError) as error:
-        said = str(error) if name in str(error) else f"unit {name}: {error}"
-        raise ValueError(said) from error
+    unit = filled(Unit, table, f"unit {name}")
     if "back_emf" in table.get("hand", {}):
         raise ValueError(
             f"unit {name}: hand.back_emf follows from servos.stall_torque and no_load_speed_counts, remove it"
@@ -103,47 +91,3 @@ def load_unit(name: str) -> Unit:
             f"{UNFINISHED}{name}"
         )
     return dataclasses.replace(unit, name=whole_name)
-
-
-def fill(kind: type[T], table: Mapping[str, Any], where: str) -> T:
-    """Return `kind()` with defaults replaced by the values of `table`.
-
-    Values must match the type of their default: number, boolean, list of equal length for a tuple, table for a
-    dataclass.
-
-    Args:
-        kind: a dataclass whose fields all have defaults.
-        table: values by field name.
-        where: name of the table, for messages.
-
-    Raises:
-        ValueError: an unknown key, a value of the wrong kind, or one that is not finite; the message names it.
-    """
-    defaults: Any = kind()
-    names = [field.name for field in dataclasses.fields(defaults)]
-    if unknown := sorted(table.keys() - set(names)):
-        raise ValueError(f"{where}: unknown {', '.join(unknown)}; known are {', '.join(names)}")
-    values = {name: _value(getattr(defaults, name), value, f"{where}.{name}") for name, value in table.items()}
-    filled: T = dataclasses.replace(defaults, **values)
-    return filled
-
-
-def _value(default: Any, value: Any, where: str) -> Any:
-    if dataclasses.is_dataclass(default) and isinstance(value, Mapping):
-        return fill(type(default), value, where)
-    if isinstance(default, tuple) and isinstance(value, list):
-        if len(value) != len(default):
-            raise ValueError(f"{where}: needs {len(default)} values, has {len(value)}")
-        return tuple(_value(d, v, f"{where}[{i}]") for i, (d, v) in enumerate(zip(default, value, strict=True)))
-    if isinstance(default, bool) and isinstance(value, bool):
-        return value
-    if isinstance(default, str) and isinstance(value, str):
-        return value
-    numbers = (isinstance(one, (int, float)) and not isinstance(one, bool) for one in (default, value))
-    if all(numbers):
-        if not math.isfinite(value):
-            raise ValueError(f"{where}: must be finite, is {value}")
-        if isinstance(default, int) and not isinstance(value, int):
-            raise ValueError(f"{where}: must be a whole number, is {value}")
-        return type(default)(value)
-    raise ValueError(f"{where}: a value like {default!r} is expected, not {value!r}")

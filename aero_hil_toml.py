@@ -1,0 +1,73 @@
+"""TOML tables as frozen dataclasses: types, ranges and unknown keys are checked, with one line for each mistake.
+
+`aero` reads its own files without this module, so that driving a hand needs NumPy and pyserial only.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import is_dataclass
+from difflib import get_close_matches
+from typing import Any, TypeVar, get_args, get_type_hints
+
+T = TypeVar("T")
+PLAIN = (("`", ""), ("object", "a table"), ("array", "a list"), ("str", "text"), (" | null", ""), ("$", ""))
+"""Words of msgspec, and those of TOML."""
+
+
+def parsed(text: str, where: str) -> dict[str, Any]:
+    """Return the table of a TOML text; `where` names its file.
+
+    Raises:
+        ValueError: no TOML, or too deep nesting.
+    """
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{where} is not TOML: {error}") from error
+
+
+def filled(kind: type[T], table: Any, where: str) -> T:
+    """Return the dataclass `kind` with the values of a table.
+
+    Args:
+        kind: dataclass; `msgspec.Meta` of a field gives its range.
+        table: values by field name.
+        where: file and table, for messages.
+
+    Raises:
+        ValueError: an unknown or missing key, a wrong type, or a value out of range; the message names the key.
+    """
+    import msgspec  # noqa: PLC0415 - `aero-hil --help` needs no table
+
+    _check(kind, table, where)
+    try:
+        return msgspec.convert(table, kind)
+    except msgspec.ValidationError as error:
+        said, _, key = str(error).partition(" - at `$")
+        for ours, plain in PLAIN:
+            said = said.replace(ours, plain)
+        raise ValueError(f"{where}{key.rstrip('`')}: {said[:1].lower()}{said[1:]}") from error
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """Return the question whether a similar known name was meant, or "" if none is similar."""
+    close = get_close_matches(name, list(known), 1)
+    return f"did you mean `{close[0]}`? " if close else ""
+
+
+def _check(kind: Any, value: Any, where: str) -> None:
+    """Refuse unknown keys and infinite numbers, which msgspec accepts in a dataclass."""
+    rows = value if isinstance(value, list) else [value]
+    for inner in filter(is_dataclass, (kind, *get_args(kind))):
+        known = get_type_hints(inner)
+        for place, row in enumerate(rows, 1):
+            at = f"{where} {place}" if rows is value else where
+            for key, field in row.items() if isinstance(row, Mapping) else ():
+                if key not in known:
+                    raise ValueError(f"{at}: unknown key `{key}`; {meant(key, known)}known are {', '.join(known)}")
+                if isinstance(field, float) and not math.isfinite(field):
+                    raise ValueError(f"{at}.{key} must be finite, not {field}")
+                _check(known[key], field, f"{at}.{key}")
