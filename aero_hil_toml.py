@@ -10,11 +10,17 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import is_dataclass
 from difflib import get_close_matches
-from typing import Any, TypeVar, get_args, get_type_hints
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 T = TypeVar("T")
-PLAIN = (("`", ""), ("object", "a table"), ("array", "a list"), ("str", "text"), (" | null", ""), ("$", ""))
-"""Words of msgspec, and those of TOML."""
+PLAIN = {
+    " | null`": "`",
+    "`object`": "a table",
+    "`array`": "a list",
+    "`str`": "text",
+    "Object missing required field": "missing key",
+}
+"""Words of msgspec, to those of TOML."""
 
 
 def parsed(text: str, where: str) -> dict[str, Any]:
@@ -47,8 +53,8 @@ def filled(kind: type[T], table: Any, where: str) -> T:
         return msgspec.convert(table, kind)
     except msgspec.ValidationError as error:
         said, _, key = str(error).partition(" - at `$")
-        for ours, plain in PLAIN:
-            said = said.replace(ours, plain)
+        for word, plain in PLAIN.items():
+            said = said.replace(word, plain)
         raise ValueError(f"{where}{key.rstrip('`')}: {said[:1].lower()}{said[1:]}") from error
 
 
@@ -59,7 +65,7 @@ def meant(name: str, known: Iterable[str]) -> str:
 
 
 def _check(kind: Any, value: Any, where: str) -> None:
-    """Refuse unknown keys and infinite numbers, which msgspec accepts in a dataclass."""
+    """Refuse unknown keys and infinite numbers, which msgspec accepts in a dataclass, and name the allowed words."""
     rows = value if isinstance(value, list) else [value]
     for inner in filter(is_dataclass, (kind, *get_args(kind))):
         known = get_type_hints(inner)
@@ -68,6 +74,9 @@ def _check(kind: Any, value: Any, where: str) -> None:
             for key, field in row.items() if isinstance(row, Mapping) else ():
                 if key not in known:
                     raise ValueError(f"{at}: unknown key `{key}`; {meant(key, known)}known are {', '.join(known)}")
+                for option in (known[key], *get_args(known[key])):
+                    if get_origin(option) is Literal and field not in get_args(option):
+                        raise ValueError(f"{at}.{key} is one of {', '.join(get_args(option))}, not {field!r}")
                 if isinstance(field, float) and not math.isfinite(field):
                     raise ValueError(f"{at}.{key} must be finite, not {field}")
                 _check(known[key], field, f"{at}.{key}")

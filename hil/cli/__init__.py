@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import traceback
-from difflib import get_close_matches
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 import click
 
 from aero.exit_code import Exit
+from aero_hil_toml import meant
 from hil.cli.command_table import DISTRIBUTION, Command, brought, commands, find_command, named
 from hil.cli.exits import Ended, code_of, ctrl_c_exits, run
 from hil.cli.logs import log_nowhere, with_log
@@ -33,9 +33,8 @@ class LazyGroup(click.Group):
         """Find a command by name; for an unknown name, suggest the nearest."""
         name = args[0]
         if find_command(name) is None:
-            close = get_close_matches(name, commands(), 1)
-            meant = f"Did you mean `{close[0]}`?" if close else ""
-            ctx.fail("\n".join((f"There is no command `{name}`. {meant}".rstrip(), *brought().losses)))
+            asked = f"There is no command `{name}`; {meant(name, commands())}"
+            ctx.fail("\n".join((asked.rstrip("; "), *brought().losses)))
         ctx.meta["help"] = not {"-h", "--help"}.isdisjoint(args)
         return super().resolve_command(ctx, args)
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import TypeVar
 
 from aero.channels import CABLES, FINGERS, Channel
+from aero_hil_toml import meant
 from hil.faults import board, bus, encoder, host, link, mechanics, motor, servo, supply, winding
 from hil.faults.fault import ALL, STEPS, Fault, Injection
 
@@ -46,9 +46,9 @@ def named(what: str, name: str, known: Mapping[str, Known], listed: str = "") ->
         ValueError: unknown name; the line suggests a close one and names the valid ones.
     """
     if name not in known:
-        close = get_close_matches(name, known, 1)
-        meant = f"did you mean {close[0]}? " if close else ""
-        raise ValueError(f"there is no {what} {name!r}; {meant}{listed or 'there are ' + ', '.join(known)}")
+        raise ValueError(
+            f"there is no {what} {name!r}; {meant(name, known)}{listed or 'there are ' + ', '.join(known)}"
+        )
     return known[name]
 
 

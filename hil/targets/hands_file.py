@@ -8,17 +8,15 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
-from aero.firmware import FIRMWARE
-from aero.regular_file import read_text, read_toml
+from aero.firmware import firmware_of
+from aero.regular_file import read_text
 from aero.whole_file import write_whole
-
-if TYPE_CHECKING:
-    from aero.safety import Thresholds
+from aero_hil_toml import filled, meant, parsed
 
 FILE = "hands.toml"
 IN_SOFTWARE = ("emulated", "pty")
@@ -26,10 +24,25 @@ IN_SOFTWARE = ("emulated", "pty")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 PORT = re.compile(r"[/\\]|://|^COM\d+$", re.IGNORECASE)
 """Pattern that distinguishes the path or URL of a port from a name."""
-ALLOWED: Mapping[str, Sequence[str]] = {
-    "port": (), "firmware": tuple(FIRMWARE), "side": ("right", "left"), "twin": (), "baseline": (), "thresholds": (),
-}  # fmt: skip
-"""Keys of a hand, to their valid values; empty for any text (for `thresholds`, a table)."""
+
+
+@dataclass(frozen=True)
+class HandEntry:
+    """Table of a hand; None for a key that it lacks."""
+
+    port: str
+    firmware: str | None = None
+    side: Literal["right", "left"] | None = None
+    twin: str | None = None
+    baseline: str | None = None
+    thresholds: dict[str, float] | None = None
+
+    def __post_init__(self) -> None:
+        for key, value in vars(self).items():
+            if value == "":
+                raise ValueError(f"`{key}` is empty")
+        if self.firmware is not None:
+            firmware_of(self.firmware)
 
 
 Fields = dict[str, Any]
@@ -51,11 +64,10 @@ def fields_of(target: str) -> Fields:
         return known[target]
     if os.path.lexists(target):
         return {"target": target}
-    close = get_close_matches(target, [*known, *IN_SOFTWARE], 1)
-    meant = f"Did you mean `{close[0]}`? " if close else ""
     there = f"{', '.join(known)} of {FILE}" if known else f"no name, as there is no {FILE} here"
     raise ValueError(
-        f"no hand is called {target!r}. {meant}Known are `emulated`, `pty`, the path or pyserial URL of a port "
+        f"no hand is called {target!r}; {meant(target, [*known, *IN_SOFTWARE])}"
+        f"known are `emulated`, `pty`, the path or pyserial URL of a port "
         f"(/dev/ttyACM0, COM3, socket://HOST:PORT), and {there}"
     )
 
@@ -86,11 +98,9 @@ def read_hands(path: Path) -> dict[str, Fields]:
         ValueError: the file cannot be read, is not TOML, or has an invalid key or value.
     """
     try:
-        tables = read_toml(path)
-    except OSError as error:
+        tables = parsed(read_text(path), str(path))
+    except (OSError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: {error}") from error
-    except ValueError as error:
-        raise ValueError(f"{path} is not TOML: {error}") from error
     return {name: _hand(path, name, table) for name, table in tables.items()}
 
 
@@ -102,44 +112,17 @@ def _hand(path: Path, name: str, table: Any) -> Fields:
         )
     if not _may_name(name):
         raise ValueError(f"{where}: a name is made of letters, digits, - and _, and is none of a port")
-    for key, value in table.items():
-        if key not in ALLOWED:
-            close = get_close_matches(key, ALLOWED, 1)
-            meant = f"did you mean `{close[0]}`? " if close else ""
-            raise ValueError(f"{where}: unknown key `{key}`; {meant}allowed are {', '.join(ALLOWED)}")
-        if key == "thresholds":
-            continue
-        if not isinstance(value, str) or not value:
-            raise ValueError(f"{where}: `{key}` is text in quotation marks, not {value!r}")
-        if ALLOWED[key] and value not in ALLOWED[key]:
-            raise ValueError(f"{where}: `{key}` is one of {', '.join(ALLOWED[key])}, not {value!r}")
-    if "port" not in table:
-        raise ValueError(f"{where}: `port` is missing")
-    fields = {"hand_id": name, **table}
-    fields["target"] = fields.pop("port")
-    if table.get("twin", "").endswith(".toml"):
-        fields["twin"] = str(path.parent / table["twin"])
-    if "baseline" in table:
-        fields["baseline"] = path.parent / table["baseline"]
-    if "thresholds" in table:
-        fields["thresholds"] = _thresholds(where, table["thresholds"])
+    said = {key: value for key, value in vars(filled(HandEntry, table, where)).items() if value is not None}
+    fields = {"hand_id": name, "target": said.pop("port"), **said}
+    if fields.get("twin", "").endswith(".toml"):
+        fields["twin"] = str(path.parent / fields["twin"])
+    if "baseline" in fields:
+        fields["baseline"] = path.parent / fields["baseline"]
+    if "thresholds" in fields:
+        from aero.safety import Thresholds  # noqa: PLC0415 - help is quick
+
+        fields["thresholds"] = filled(Thresholds, fields["thresholds"], f"{where}.thresholds")
     return fields
-
-
-def _thresholds(where: str, table: Any) -> Thresholds:
-    from aero.safety import Thresholds  # noqa: PLC0415 - help is quick
-
-    if not isinstance(table, dict):
-        raise ValueError(f"{where}: `thresholds` is a table, such as {{ current_a = 3.5 }}, not {table!r}")
-    for key in table:
-        if key not in (known := Thresholds().as_dict()):
-            close = get_close_matches(key, known, 1)
-            meant = f"did you mean `{close[0]}`? " if close else ""
-            raise ValueError(f"{where}: unknown threshold `{key}`; {meant}there are {', '.join(known)}")
-    try:
-        return Thresholds(**table)
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from error
 
 
 def _may_name(name: str) -> bool:

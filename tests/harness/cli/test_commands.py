@@ -31,8 +31,8 @@ def test_help_lists_every_command_whatever_is_installed(lacking):
 def test_a_misspelt_command_is_answered_with_the_nearest():
     refused = CliRunner().invoke(main, ["validat"])
     assert refused.exit_code == 2
-    assert "Did you mean `validate`?" in refused.output
-    assert "Did you mean" not in CliRunner().invoke(main, ["xyz"]).output
+    assert "did you mean `validate`?" in refused.output
+    assert "did you mean" not in CliRunner().invoke(main, ["xyz"]).output
 
 
 def test_a_command_whose_extra_is_not_installed_names_it():

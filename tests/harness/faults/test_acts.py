@@ -175,7 +175,7 @@ def test_a_recording_holds_what_was_done_and_when(target):
     ("words", "message"),
     [
         ("", "there is no act"),
-        ("exchange_servo ring pinky", "did you mean exchange_servos"),
+        ("exchange_servo ring pinky", "did you mean `exchange_servos"),
         ("exchange_servos ring", "it is written exchange_servos CHANNEL CHANNEL"),
         ("bend toe", "there is no channel 'toe'"),
         ("replace wheel", "there is no part 'wheel'"),

@@ -29,18 +29,23 @@ thresholds = { current_a = 3.5 }
 MISTAKES = {
     "no TOML": ("[bench-left\n", r"not TOML.*line 1"),
     "another key": (BENCH + 'firmwear = "pre"\n', r"\[bench-left\]: unknown key `firmwear`; did you mean `firmware`"),
-    "another side": (BENCH.replace('"left"', '"third"'), r"`side` is one of right, left, not 'third'"),
-    "a number": (BENCH.replace('"0.1.5"', "0.1"), r"`firmware` is text in quotation marks, not 0.1"),
+    "another side": (BENCH.replace('"left"', '"third"'), r"\[bench-left\].side is one of right, left, not 'third'"),
+    "a number": (BENCH.replace('"0.1.5"', "0.1"), r"\[bench-left\].firmware: expected text, got `float`"),
     "a threshold's name": (
         BENCH.replace("current_a", "curent_a"),
-        r"unknown threshold `curent_a`; did you .*`current_a`",
+        r"thresholds: unknown key `curent_a`; did you .*`current_a`",
     ),
     "a threshold of nothing": (
         BENCH.replace("3.5", "0"),
-        r"\[bench-left\]: safety threshold current_a: expected a pos",
+        r"\[bench-left\].thresholds: safety threshold current_a: expected a pos",
     ),
-    "no table": (BENCH.replace("{ current_a = 3.5 }", "3.5"), r"`thresholds` is a table, such as { current_a = 3.5 }"),
-    "no port": (BENCH.replace("port", "# port"), r"\[bench-left\]: `port` is missing"),
+    "no table": (
+        BENCH.replace("{ current_a = 3.5 }", "3.5"),
+        r"\[bench-left\].thresholds: expected a table, got `float`",
+    ),
+    "an empty port": (BENCH.replace("/dev/ttyACM7", ""), r"\[bench-left\]: `port` is empty"),
+    "another firmware": (BENCH.replace("0.1.5", "9.9"), r"\[bench-left\]: .*9\.9.*0\.2\.0"),
+    "no port": (BENCH.replace("port", "# port"), r"\[bench-left\]: missing key `port`"),
     "outside a table": ('port = "COM3"\n', r"`port` stands outside a table"),
     "a port as name": ('[COM3]\nport = "COM3"\n', r"\[COM3\]: a name is made of"),
 }
@@ -67,9 +72,9 @@ def test_a_name_brings_all_that_the_file_says(folders):
 
 def test_an_unknown_name_offers_the_nearest(folders):
     (folders[0] / "hands.toml").write_text(BENCH)
-    with pytest.raises(ValueError, match=r"'bench-lef'. Did you mean `bench-left`.*/dev/ttyACM0"):
+    with pytest.raises(ValueError, match=r"'bench-lef'; did you mean `bench-left`.*/dev/ttyACM0"):
         fields_of("bench-lef")
-    with pytest.raises(ValueError, match="Did you mean `emulated`"):
+    with pytest.raises(ValueError, match="did you mean `emulated`"):
         hil.open_target("emulatd")
 
 
