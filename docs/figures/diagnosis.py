@@ -13,7 +13,7 @@ from typing import NamedTuple
 from owner import is_right, play
 
 from figures import Rows
-from figures.strangers import FIRST, FOURTH, SECOND, THIRD
+from figures.strangers import FIFTH, FIRST, FOURTH, SECOND, THIRD
 from hil.faults import CATALOGUE
 from hil.faults.fault import Fault, Injection
 from model.geometry import Side
@@ -50,6 +50,7 @@ def sets() -> tuple[PlayedSet, ...]:
         PlayedSet("the second", 451_000, [(one,) for one in SECOND]),
         PlayedSet("the third", 452_000, [(one,) for one in THIRD]),
         PlayedSet("the fourth", 456_000, [(one,) for one in FOURTH]),
+        PlayedSet("the fifth, and three healthy hands", 470_000, [*((one,) for one in FIFTH), (), (), ()]),
         PlayedSet("two faults at once", 440_200, at_once),
         PlayedSet("none", 440_300, [()] * HEALTHY),
     )
