@@ -68,7 +68,8 @@ def made(artefacts: tuple[Artefact, ...], file: str, reason: str = "", root: Pat
     Args:
         artefacts: artefacts of the table.
         file: file of an artefact.
-        reason: explanation of the inputs' changes up to the checked-out commit; empty if the file was regenerated.
+        reason: explanation of the inputs' changes up to the checked-out commit, added to earlier ones; empty if the
+            file was regenerated.
         root: folder of the checkout.
 
     Raises:
@@ -81,7 +82,10 @@ def made(artefacts: tuple[Artefact, ...], file: str, reason: str = "", root: Pat
     now = _git(root, "rev-parse", "--short=12", "HEAD").decode().strip()
 
     def changed(one: Artefact) -> Artefact:
-        return replace(one, until=now, reason=reason) if reason else replace(one, commit=now, until="", reason="")
+        if not reason:
+            return replace(one, commit=now, until="", reason="")
+        known = reason in one.reason
+        return replace(one, until=now, reason=one.reason if known else f"{one.reason}; {reason}".removeprefix("; "))
 
     return tuple(changed(one) if file in one.files else one for one in artefacts)
 

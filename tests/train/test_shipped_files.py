@@ -92,6 +92,10 @@ def test_a_changed_number_puts_out_of_date_what_was_made_from_it(repository):
     assert problem.startswith("table.csv is out of date: model.toml changed since")
     git(repository, "commit", "-qam", "second")
     (explained,) = made((artefact,), "table.csv", "no table reads it", repository)
+    (both,) = made((explained,), "table.csv", "a name changed", repository)
+    assert both.reason == "no table reads it; a name changed"
+    (as_before,) = made((both,), "table.csv", "a name changed", repository)
+    assert as_before.reason == both.reason
     assert list(problems(explained, repository)) == []
     (again,) = made((explained,), "table.csv", root=repository)
     assert (list(problems(again, repository)), again.reason) == ([], "")
