@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+import json
+import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from multiprocessing import get_context
+from pathlib import Path
 from random import Random
 from statistics import median
 from typing import NamedTuple
 
+import click
 from owner import is_right, play
 
-from figures import Rows
-from figures.strangers import FIFTH, FIRST, FOURTH, SECOND, THIRD
+from figures import ROOT, Rows
+from figures.strangers import FIFTH, FOURTH, THIRD
 from hil.faults import CATALOGUE
 from hil.faults.fault import Fault, Injection
+from hil.recordings.provenance import source_commit
 from model.geometry import Side
 
-SEED = 480_000
-"""Of what is drawn; no rule was mended by these."""
-DRAWN, PAIRS, HEALTHY = 46, 8, 10
-WORKERS = 2
+DRAWN, HEALTHY = 40, 10
 SIDES: tuple[Side, ...] = ("right", "left")
+HEADER = ["set", "found", "part right", "good part convicted", "open", "gone on a broken hand", "steps", "minutes"]
 
 
 class PlayedSet(NamedTuple):
@@ -30,103 +33,137 @@ class PlayedSet(NamedTuple):
 
     name: str
     first_seed: int
-    """Of the first hand; each case has a hand of its own."""
+    """Seed of the first hand; each case has a hand of its own."""
     faults: Sequence[Sequence[Injection]]
 
 
-def sets() -> tuple[PlayedSet, ...]:
-    """Return what is played: faults of the catalogue, strangers, two at once, none."""
-    random = Random(SEED)
+def drawn(seed: int) -> list[tuple[Injection]]:
+    """Return faults of the catalogue, of medium or large severity, drawn by a seed."""
+    random = Random(seed)
 
-    def drawn(fault: Fault) -> Injection:
+    def one(fault: Fault) -> Injection:
         channel = random.choice(fault.channels) if fault.channels else None
         return fault.at(random.choice(fault.steps()[1:] or fault.steps()), channel)
 
-    catalogue = [drawn(fault) for fault in random.sample(list(CATALOGUE.values()), DRAWN)]
-    at_once = [(catalogue[2 * i], catalogue[2 * i + 1]) for i in range(PAIRS)]
-    return (
-        PlayedSet("faults of the catalogue", 480_000, [(one,) for one in catalogue]),
-        PlayedSet("strangers, the first set", 440_100, [(one,) for one in FIRST]),
-        PlayedSet("the second", 451_000, [(one,) for one in SECOND]),
-        PlayedSet("the third", 452_000, [(one,) for one in THIRD]),
-        PlayedSet("the fourth", 456_000, [(one,) for one in FOURTH]),
-        PlayedSet("the fifth, and three healthy hands", 470_000, [*((one,) for one in FIFTH), (), (), ()]),
-        PlayedSet("two faults at once", 440_200, at_once),
-        PlayedSet("none", 440_300, [()] * HEALTHY),
-    )
+    return [(one(fault),) for fault in random.sample(list(CATALOGUE.values()), DRAWN)]
 
 
-ALL = sets()
+ALL = (
+    PlayedSet("faults of the catalogue", 471_000, drawn(471_000)),
+    PlayedSet("strangers, the third set", 452_000, [(one,) for one in THIRD]),
+    PlayedSet("strangers, the fourth set", 456_000, [(one,) for one in FOURTH]),
+    PlayedSet("strangers, the fifth set", 470_000, [(one,) for one in FIFTH]),
+    PlayedSet("no fault", 474_000, [()] * HEALTHY),
+)
 
 
 @dataclass(frozen=True)
 class CaseEnd:
-    """The end of a case, as a row counts it."""
+    """End of a case, as a row counts it."""
 
-    case: str
-    """Its faults."""
+    faults: str
     found: bool
     """Whether the validation failed."""
     right: bool
     """Whether the convicted part is that of a fault."""
     convicted: str
     """Empty for none."""
-    gone: bool
-    """Whether the failure was gone, and no part convicted."""
-    steps: int
+    gone_broken: bool
+    """Whether the failure was said to be gone, with no part convicted, on a hand that has its fault still."""
+    steps: tuple[str, ...]
     minutes: float
-    """Of the owner's time."""
+    """Time of the owner."""
     ended: str
-    """Error that ended it; empty for none."""
-    seconds: float
-    """Of computing."""
+    """Error that ended the case; empty for none."""
+    cpu_s: float
 
 
 def played(row: int, number: int) -> CaseEnd:
     """Play one case of a set."""
     faults, seed = ALL[row].faults[number], ALL[row].first_seed + number
-    side = SIDES[number // 2 % 2]
-    one = play(faults, f"plausible:{seed}", seed, ("0.2.0", "0.1.5")[number % 2], side)
-    told = one.told
+    one = play(faults, f"plausible:{seed}", seed, ("0.2.0", "0.1.5")[number % 2], SIDES[number // 2 % 2])
     return CaseEnd(
         " ".join(map(str, faults)),
         one.found,
-        any(is_right(suspect, fault) for suspect in told for fault in faults),
-        ", ".join(map(str, told)),
-        one.gone,
-        0 if one.case is None else len(one.case.done),
+        any(is_right(suspect, fault) for suspect in one.told for fault in faults),
+        ", ".join(map(str, one.told)),
+        one.gone and one.broken,
+        () if one.case is None else tuple(done.proposal.step.name for done in one.case.done),
         one.minutes,
         one.ended,
-        one.seconds,
+        one.cpu_s,
     )
 
 
-def _played(at: tuple[int, int]) -> CaseEnd:
-    return played(*at)
+def _played(at: tuple[int, int]) -> tuple[int, int, CaseEnd]:
+    return *at, played(*at)
 
 
-def cases() -> Rows:
-    """What whole cases end with, played on guarded hands that are opened anew for each step."""
-    rows = [["set", "found", "part right", "good part convicted", "gone", "open", "steps", "minutes"]]
-    with ProcessPoolExecutor(WORKERS, get_context("fork")) as pool:
-        for number, one in enumerate(ALL):
-            rows.append(row(one.name, list(pool.map(_played, [(number, i) for i in range(len(one.faults))]))))
-    return rows
+class Ends:
+    """Ends of cases in a file, to which each is added when it is known; a tree without changes goes on with it."""
+
+    def __init__(self, commit: str) -> None:
+        """Read what an interrupted run of the same commit has left."""
+        self.path = ROOT / "build" / f"cases-{commit or 'unknown'}.jsonl"
+        self.path.parent.mkdir(exist_ok=True)
+        if "+" in commit or not commit:
+            self.path.unlink(missing_ok=True)
+        self.known = {(row, number): _end_of(fields) for row, number, fields in _lines(self.path)}
+
+    def add(self, row: int, number: int, end: CaseEnd) -> None:
+        """Store the end of a case."""
+        self.known[row, number] = end
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps([row, number, asdict(end)]) + "\n")
 
 
-def row(name: str, ends: Sequence[CaseEnd]) -> list[str]:
+def _lines(path: Path) -> list[tuple[int, int, dict[str, object]]]:
+    return [json.loads(line) for line in path.read_text("utf-8").splitlines()] if path.exists() else []
+
+
+def _end_of(fields: dict[str, object]) -> CaseEnd:
+    return CaseEnd(**fields)  # type: ignore[arg-type]
+
+
+def cases(most: int | None = None) -> Rows:
+    """Return the ends of whole cases, played on guarded hands that are opened anew for each step.
+
+    Args:
+        most: cases of each set; None for all.
+    """
+    ends = Ends(source_commit())
+    left = [
+        (row, number)
+        for row, one in enumerate(ALL)
+        for number in range(len(one.faults))[:most]
+        if (row, number) not in ends.known
+    ]
+    with ProcessPoolExecutor(os.cpu_count(), get_context("fork")) as pool:
+        for count, (row, number, end) in enumerate(pool.map(_played, left), start=1):
+            ends.add(row, number, end)
+            said = end.convicted or end.ended or ("nobody" if end.found else "not found")
+            click.echo(f"{count} of {len(left)}, {end.faults or 'no fault'}: {said} ({end.cpu_s:.0f} s)", err=True)
+    return [
+        HEADER,
+        *(
+            row_of(one.name, [ends.known[row, number] for number in range(len(one.faults))[:most]])
+            for row, one in enumerate(ALL)
+        ),
+    ]
+
+
+def row_of(name: str, ends: Sequence[CaseEnd]) -> list[str]:
     """Return the row of a set."""
     found = [one for one in ends if one.found]
-    convicted = [one for one in found if one.convicted]
-    right, gone = sum(one.right for one in convicted), sum(one.gone for one in found)
-    steps = [one.steps for one in found] or [0]
+    convicted, of = [one for one in found if one.convicted], f"of {len(found)}"
+    right, steps = sum(one.right for one in convicted), [len(one.steps) for one in found] or [0]
     return [
         name,
         f"{len(found)} of {len(ends)}",
-        f"{right} of {len(found)}",
-        f"{len(convicted) - right} of {len(found)}",
-        f"{gone} of {len(found)}",
-        f"{len(found) - len(convicted) - gone} of {len(found)}",
+        f"{right} {of}",
+        f"{len(convicted) - right} {of}",
+        f"{len(found) - len(convicted)} {of}",
+        f"{sum(one.gone_broken for one in found)} {of}",
         f"{median(steps):g}, at most {max(steps)}",
         f"{median([one.minutes for one in found] or [0]):g}",
     ]

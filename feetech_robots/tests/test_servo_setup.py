@@ -1,5 +1,8 @@
 """Setting up servos: values, refusals, lost answers and echoes, on emulated servos in virtual time."""
 
+import re
+from pathlib import Path
+
 import pytest
 from click.testing import CliRunner
 from feetech_robots.feetech_bus import FeetechBus, request
@@ -195,3 +198,22 @@ def test_the_command_line(tmp_path):
         assert refused.exit_code == 2
         assert "0 to 1023" in refused.output
     assert issubclass(ServoValueError, ServoBusError)
+
+
+def test_two_ids_of_a_hand_are_exchanged_as_the_page_of_diagnosis_says(tmp_path):
+    page = (Path(__file__).parents[2] / "docs/diagnosis.md").read_text(encoding="utf-8")
+    typed = re.findall(r"^aero-hil (servos .*)$", page, re.M)
+    assert [line for line in typed if "set-id" in line]
+    with served(tmp_path, start="homed") as (_, bus):
+        runs(f"servos --port {bus} set-angles 5 100 900")
+        for line in typed:
+            runs(line.replace("/dev/ttyUSB0", str(bus)))
+        marked = [servo for servo in range(7) if "(100, 900)" in runs(f"servos --port {bus} show {servo}")]
+    assert marked == [4]
+
+
+def runs(line):
+    """Run a command within this process, and return its output; warnings of `check` are no failure."""
+    ran = CliRunner().invoke(main, line.split())
+    assert ran.exit_code == 0, ran.output
+    return ran.output

@@ -29,8 +29,8 @@ MIDDLE_JOINT = {channel: joints[len(joints) // 2] for channel, joints in JOINTS.
 THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)
 JAMMED_NM = 50.0
 """Friction beyond the torque of any servo, N m."""
-NEVER_TAUT_M = 0.9
-"""Take-up of a detached cable, m: 100 rad of spool."""
+NEVER_TAUT_M = 90.0
+"""Take-up of a detached cable, m: 10,000 rad of spool; one homing without load winds 24 rad."""
 
 
 def with_values(unit: Unit, field: str, where: Sequence[int], change: Callable[[float], float]) -> Unit:

@@ -169,8 +169,7 @@ class DiagnosisCase:
     @property
     def _may_be_chance(self) -> bool:
         """Whether the failure may be a single chance event, so that it must recur before any repair step."""
-        pieces = self.before.pieces
-        return len(pieces) == 1 or any(piece.kind in BY_CHANCE for piece in pieces)
+        return len(self.before.off) == 1 or any(piece.kind in BY_CHANCE for piece in self.before.pieces)
 
     def _useful(self) -> list[Proposal]:
         """Return the open steps that test a candidate of the group."""

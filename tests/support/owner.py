@@ -10,7 +10,7 @@ from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import perf_counter
+from time import process_time
 
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
@@ -97,7 +97,9 @@ class Played:
     """Whether the validation said that its computer was held up, which no step need show."""
     ended: str = ""
     """Error that ended it."""
-    seconds: float = 0.0
+    cpu_s: float = 0.0
+    broken: bool = False
+    """Whether the hand has a fault at the end."""
     shown: tuple[object, ...] = ()
 
     @property
@@ -122,13 +124,13 @@ def is_right(suspect: Suspect, fault: Injection) -> bool:
 
 def _about(fault):
     """Return the channels that a fault is about."""
-    two = fault.fault.layer in (FaultLayer.WINDING, FaultLayer.SERVO) and fault.channel is not None
+    two = fault.channel is not None and (fault.fault.layer is FaultLayer.WINDING or fault.fault.excludes == "id")
     return {fault.channel, NEIGHBOUR.get(fault.channel)} if two else {fault.channel}
 
 
 def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, side: Side) -> Played:
     """Play one case: validate, then step by step until it ends."""
-    start = perf_counter()
+    start = process_time()
     spec = HandSpec("emulated", firmware, side, unit, seed, guarded=True, homed=True, faults=tuple(faults))
     with TemporaryDirectory() as name, closing(StandingHand(spec)) as standing:
         folder, hand, owner = Path(name), EmulatedCaseHand(standing), Owner()
@@ -146,5 +148,6 @@ def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, side:
                 session.go_through()
         except (NoHandError, AeroError, OSError, SafetyStopError, GivesUpError) as error:
             ended = f"{type(error).__name__}: {error}"
+        broken = any(one.startswith("inject") for one in standing.workbench.acts_present)
     case = None if session is None else session.case
-    return Played(found, case, busy, ended, perf_counter() - start, tuple(owner.shown))
+    return Played(found, case, busy, ended, process_time() - start, broken, tuple(owner.shown))

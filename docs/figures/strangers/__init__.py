@@ -1,4 +1,4 @@
-"""Strangers: faults that no catalogue has, in five sets, each written before the rules had seen it.
+"""Strangers: faults that no catalogue has, in sets, each written before the rules had seen it.
 
 Whoever writes rules of a diagnosis does not read them.
 """
@@ -6,7 +6,6 @@ Whoever writes rules of a diagnosis does not read them.
 from figures.strangers.fifth import FIFTH
 from figures.strangers.first import FIRST
 from figures.strangers.fourth import FOURTH
-from figures.strangers.second import SECOND
 from figures.strangers.third import THIRD
 
-__all__ = ["FIFTH", "FIRST", "FOURTH", "SECOND", "THIRD"]
+__all__ = ["FIFTH", "FIRST", "FOURTH", "THIRD"]

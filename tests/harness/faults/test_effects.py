@@ -171,3 +171,14 @@ def test_a_fault_of_a_finger_leaves_the_other_fingers_alone(name, firm_supply):
     for finger in set(FINGERS) - {Channel.RING}:
         moved = np.abs(bad["joints"] - good["joints"])[:, list(JOINTS[finger])]
         assert np.max(moved) < 0.02, finger
+
+
+def test_a_snapped_cable_stays_slack_however_often_the_hand_homes():
+    """Homing wound 0.9 m of slack up in five searches, and the digit was healthy."""
+    with open_target(seed=3, faults=[CATALOGUE["cable_snapped"].at(channel=Channel.RING)]) as target:
+        for _ in range(5):
+            target.hand.home()
+        target.hand.command_codes([30000] * len(Channel))
+        target.clock.sleep_until(target.clock.now() + 2.0)
+        angles = target.get(GroundTruth).plant.joint_angles()
+        assert np.max(np.abs(angles[list(JOINTS[Channel.RING])])) < 0.02

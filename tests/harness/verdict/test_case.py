@@ -181,6 +181,13 @@ def test_what_may_have_happened_once_is_seen_again_before_a_step_can_mend_it(off
     assert played(case, {"cable": StepOutcome.GONE}).convicted == Suspect(Part.USB)
 
 
+def test_several_readings_of_one_kind_on_a_digit_are_no_chance():
+    """A dead motor that the guard had stopped took five steps."""
+    before = Failures({("audit", "pull", "ring"): -3.0, ("staircase", "spring", "ring"): -3.0})
+    assert len(before.pieces) == 1
+    assert case_of(LINK, before=before).next_step.step.name != "again"
+
+
 @given(
     st.sets(st.sampled_from(EVERY), min_size=1, max_size=6),
     st.sets(st.sampled_from(EVERY), max_size=3),
