@@ -2,39 +2,31 @@
 
 from __future__ import annotations
 
-import json
 import logging
-import os
 import signal
 import sys
-from contextlib import closing, suppress
-from dataclasses import asdict, replace
+from contextlib import closing
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import click
 
-from aero import AeroHand
 from aero.actuation import ActuationMap
 from aero.safety.interrupts import noted
-from firmware_emulator.firmware.nvs import Nvs
-from firmware_emulator.links.in_process import InProcessLink, WireEntry
-from firmware_emulator.links.pty import PtyServer
+from firmware_emulator.links.in_process import WireEntry
 from hil.cli.exits import usage_errors
-from hil.cli.hands_on import HandsOn
 from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, RECORD, VIEW, HostAndPort, emulation, link_recorded
 from hil.cli.output import echo
 from hil.cli.viewing import viewing
-from hil.faults import Schedule, parse_fault
-from hil.faults.bench import BenchState
-from hil.targets.delays import LATE, LEAST_S, DelayLog, Loop
-from hil.targets.emulated_hand import build_emulated
-from hil.targets.hand_spec import HOMINGS, HandSpec
-from hil.targets.pty_process import ACTED, NEVER_FIRED
+from hil.faults import parse_fault
+from hil.targets.delays import LEAST_S, DelayLog, Loop
+from hil.targets.hand_spec import HandSpec
+from hil.targets.hands_on import HandsOn
+from hil.targets.served_hand import ServedHand
 from hil.view.feed import Observer
 from hil.view.sources import EmulatedSource
-from model.units.plausible import unit_named
 
 if TYPE_CHECKING:
     from hil.recordings.wire_file import WireFile
@@ -54,8 +46,6 @@ _LOG = logging.getLogger(__name__)
 @RECORD
 @VIEW
 @click.option("--prompt", is_flag=True, help="Accept acts on standard input even if it is not a terminal.")
-@click.option("--parent", type=int, hidden=True, help="Stop when this process is gone.")
-@click.option("--homed", is_flag=True, hidden=True, help="Home the hand before it is served.")
 def emulate(
     *,
     hand: HandSpec,
@@ -68,8 +58,6 @@ def emulate(
     record: Path | None,
     view: bool,
     prompt: bool,
-    parent: int | None,
-    homed: bool,
 ) -> None:
     """Serve an emulated hand until it is interrupted.
 
@@ -78,21 +66,9 @@ def emulate(
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
-            hand = replace(hand, target="pty", faults=tuple(map(parse_fault, faults)), homed=homed)
-            schedule = Schedule(hand.faults, hand.seed)
-            unit = unit_named(hand.unit)
-            electronics, workbench = build_emulated(
-                unit,
-                hand,
-                start="homed" if bus_port is None else "bare",
-                nvs=Nvs(state),
-                schedule=schedule,
-            )
-            workbench.at_a_port = True
-            electronics.says_rom_text = True
-            for _ in range(HOMINGS if homed else 0):  # on virtual time, ten times faster than a client's homing
-                AeroHand(InProcessLink(electronics), electronics.clock).home()
-            server = PtyServer(electronics, link=link, bus_link=bus_link, bus_port=bus_port, listen=listen)
+            hand = replace(hand, target="pty", faults=tuple(map(parse_fault, faults)))
+            served = ServedHand(hand, state=state, link=link, bus_link=bus_link, bus_port=bus_port, listen=listen)
+        electronics, server = served.electronics, served.server
 
         def tell(text: str, severity: Literal["info", "error"]) -> None:
             echo(text, err=True)
@@ -100,37 +76,30 @@ def emulate(
             if file is not None:
                 file.note(text, severity)
 
-        def answer(refused: str) -> None:
-            if parent is not None:
-                echo(f"{ACTED} {json.dumps(asdict(BenchState.of(workbench)) | {'refused': refused})}")
-
-        hands_on = HandsOn(workbench, tell, reads=prompt or parent is not None or in_terminal(), answer=answer)
+        hands_on = HandsOn(served.workbench, tell, reads=prompt or in_terminal())
         server.listeners.append(hands_on.heard)
 
         def stop() -> bool:
             hands_on.serve()
-            return bool(stopped) or (parent is not None and os.getppid() != parent)
+            return bool(stopped)
 
         delays = DelayLog()
         page = viewing(view, hand, stay=False, on_words=hands_on.put)
         recorded = link_recorded(
-            record, target=server.name, unit=unit.name, firmware=hand.firmware, hand=hand.side, seed=hand.seed,
+            record, target=server.name, unit=served.unit.name, firmware=hand.firmware, hand=hand.side, seed=hand.seed,
             delays=delays,
         )  # fmt: skip
         with recorded as file, server, closing(electronics), page as observer:
-            server.on_late = partial(_late, delays, observer, tell=parent is not None)
+            server.on_late = partial(_late, delays, observer)
             if file is not None:
                 server.listeners.append(partial(_record, file))
             codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
-            observer.follow(EmulatedSource(electronics, workbench.mechanics, codec))
+            observer.follow(EmulatedSource(electronics, served.workbench.mechanics, codec))
             if server.url is not None:
                 echo(f"also {server.url}")
             echo(f"ready {server.name}")
             server.run(stop)
-    if parent is not None:
-        for fault in schedule.unfired():
-            echo(f"{NEVER_FIRED} {fault}")
-    schedule.require_all_fired()
+    served.schedule.require_all_fired()
 
 
 def in_terminal() -> bool:
@@ -142,12 +111,9 @@ def _record(file: WireFile, entry: WireEntry) -> None:
     file.add("to_hand" if entry[1] == ">" else "from_hand", entry[2])
 
 
-def _late(delays: DelayLog, observer: Observer, late_s: float, *, tell: bool) -> None:
-    """Record a scheduling delay of the board; report it to the parent program."""
+def _late(delays: DelayLog, observer: Observer, late_s: float) -> None:
+    """Record a scheduling delay of the board."""
     delays.add(late_s, Loop.BOARD)
     if late_s >= LEAST_S:
         observer.give_way()
         _LOG.info("this computer held the emulated board up for %.0f ms", 1e3 * late_s)
-        if tell:
-            with suppress(OSError):  # the parent has ended, which the `parent` check notices
-                echo(f"{LATE} {late_s:.4f}")

@@ -137,12 +137,3 @@ class HandSpec:
         return hand_words(
             self.side, self.target, self.firmware, unit=unit, seed=self.seed, hand_id=self.hand_id, wrong=wrong
         )
-
-    def argv(self) -> list[str]:
-        """Return the options of `aero-hil emulate` for this hand; `hil.cli.options` parses them."""
-        words = ["--firmware", self.firmware, "--hand", self.side, "--unit", self.unit, "--seed", str(self.seed)]
-        if self.firmware_program is not None:
-            words += ["--firmware-program", str(self.firmware_program)]
-        for fault in self.faults:
-            words += ["--fault", str(fault)]
-        return words + ["--homed"] * self.homed

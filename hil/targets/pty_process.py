@@ -1,4 +1,4 @@
-"""`aero-hil emulate` as a child process, for the target `pty`."""
+"""A hand that a child process serves, for the target `pty`."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from queue import Empty, SimpleQueue
 from aero.child_process import ChildError, ChildProcess
 from hil.faults.bench import BenchState, HandBench
 from hil.faults.schedule import FaultNeverFiredError
+from hil.targets import served_hand
 from hil.targets.delays import LATE, DelayLog, Loop
 from hil.targets.hand_spec import HandSpec
+from hil.targets.served_hand import ACTED, NEVER_FIRED, spec_text
 
 _LOG = logging.getLogger(__name__)
+NAME = "the process of the emulated hand"
+"""Name of the child in messages."""
 START_S = 120.0
 """Time-out of the child's start, s; loading the physics engine and homing take 1 s on an idle machine."""
 STOP_S = 10.0
 """Time-out of the child's exit after SIGTERM, s."""
-NEVER_FIRED = "never-fired"
-"""First word of the child's line about a fault without effect."""
-ACTED = "acted"
-"""First word of the child's answer to an act; JSON of the bench state and the refusal follows."""
 ANSWER_S = 10.0
 """Time-out of an act, s."""
 
@@ -70,7 +70,7 @@ class _ServedBench:
             self._child.send(f"{' '.join(words.split())}\n")
             answer = json.loads(self._heard.answers.get(timeout=ANSWER_S))
         except (BrokenPipeError, Empty) as error:
-            raise ChildError(f"`aero-hil emulate` did not answer {words!r}: {self._child.errors}") from error
+            raise ChildError(f"{NAME} did not answer {words!r}: {self._child.errors}") from error
         done = tuple((t, text) for t, text in answer["done"])
         self._state = BenchState(tuple(answer["acts"]), done, answer["faults"])
         if answer["refused"]:
@@ -79,7 +79,7 @@ class _ServedBench:
 
 
 @contextmanager
-def serve_in_process(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[str]:
+def serve_in_child(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[str]:
     """Start an emulated hand on a pseudo-terminal and yield its path; `delays` receives the board's delays.
 
     Raises:
@@ -92,10 +92,10 @@ def serve_in_process(spec: HandSpec, delays: DelayLog | None = None) -> Iterator
 
 @contextmanager
 def serve_with_bench(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[tuple[str, HandBench]]:
-    """Start an emulated hand as `serve_in_process` does, and yield path and bench of the hand."""
-    command = [sys.executable, "-P", "-m", "hil.cli", "emulate", *spec.argv(), "--parent", str(os.getpid())]
+    """Start an emulated hand as `serve_in_child` does, and yield path and bench of the hand."""
+    command = [sys.executable, "-P", "-m", served_hand.__name__, spec_text(spec), str(os.getpid())]
     heard = _Heard(delays or DelayLog())
-    child = ChildProcess(command, "`aero-hil emulate`", on_line=heard.take)
+    child = ChildProcess(command, NAME, on_line=heard.take)
     path = child.wait_ready(START_S)
     try:
         served = _ServedBench(child, heard, spec)
@@ -110,4 +110,4 @@ def serve_with_bench(spec: HandSpec, delays: DelayLog | None = None) -> Iterator
     if heard.unfired:
         raise FaultNeverFiredError(heard.unfired)
     if status:
-        raise ChildError(f"`aero-hil emulate` ended with status {status}: {child.errors}")
+        raise ChildError(f"{NAME} ended with status {status}: {child.errors}")

@@ -18,7 +18,7 @@ from aero.protocol import Opcode
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.recorder import Recorder
 from hil.targets.hand_spec import HandSpec
-from hil.targets.pty_process import serve_in_process
+from hil.targets.pty_process import serve_in_child
 from lerobot_robot_aero import AeroTwin, AeroTwinConfig, aero_twin
 
 CODEC = ActuationMap.for_firmware(DEFAULT_FIRMWARE)
@@ -121,7 +121,7 @@ def test_it_follows_either_a_hand_or_a_recording(options):
 def test_it_reads_another_hand_and_sends_it_to_no_position(monkeypatch, steps, tmp_path, limp):
     """The hand is left in a posture, which it keeps when it is only read and leaves when it is let go."""
     posture = np.array(steps[2])
-    with serve_in_process(HandSpec()) as path:
+    with serve_in_child(HandSpec()) as path:
         with AeroHand.open_unguarded(path) as hand:
             clock = WallClock()
             hand.read_codes()

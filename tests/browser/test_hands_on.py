@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from aero import AeroHand, Channel
-from hil.cli.hands_on import COMMAND
 from hil.faults.acts import ACTS
+from hil.targets.hands_on import COMMAND
 
 WIDTHS = (1280, 400)
 

@@ -9,7 +9,7 @@ import pytest
 from pages import environment
 
 from hil.targets.hand_spec import HandSpec
-from hil.targets.pty_process import serve_in_process
+from hil.targets.pty_process import serve_in_child
 
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
@@ -26,7 +26,7 @@ SNIPPETS = [
 
 @pytest.fixture(scope="module")
 def port():
-    with serve_in_process(HandSpec()) as path:
+    with serve_in_child(HandSpec()) as path:
         yield path
 
 

@@ -30,7 +30,7 @@ from hil.cli.doctor.hand import (
 from hil.cli.doctor.machine import check_jitter, needs
 from hil.cli.exits import ending
 from hil.targets.hand_spec import HandSpec
-from hil.targets.pty_process import serve_in_process
+from hil.targets.pty_process import serve_in_child
 
 HOMED = tuple(span // 3 * 65535 // span for span in SPANS.tolist())
 RESTARTED = (*HOMED[:4], 400 * 65535 // 1025, 500 * 65535 // 1296, HOMED[6])
@@ -40,7 +40,7 @@ RESTARTED = (*HOMED[:4], 400 * 65535 // 1025, 500 * 65535 // 1296, HOMED[6])
     "version", ["pre", "main", *(pytest.param(version, marks=pytest.mark.slow) for version in ("0.1.0", "0.2.0"))]
 )
 def test_the_fingerprint_of_an_emulated_board_names_its_version_and_moves_nothing(version: str) -> None:
-    with serve_in_process(HandSpec(firmware=version)) as path:
+    with serve_in_child(HandSpec(firmware=version)) as path:
         first = ask(path)
         second = ask(path)
     assert version in candidates(first)

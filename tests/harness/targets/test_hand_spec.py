@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from aero.firmware import FIRMWARE
 from aero.safety import Thresholds
 from hil import open_target
-from hil.cli.options import FAULT_HELP, emulation, target
+from hil.cli.options import target
 from hil.faults import parse_fault
 from hil.targets.hand_spec import HandSpec
+from hil.targets.served_hand import spec_of, spec_text
 from model.scene import Cube
 from model.units.conditions import Conditions
 
@@ -36,10 +37,8 @@ def read_back(argv, of_a_hand):
 
     @click.command()
     @of_a_hand
-    @click.option("--fault", "faults", multiple=True, help=FAULT_HELP)
-    @click.option("--homed", is_flag=True)
-    def command(*, hand, faults, homed):
-        return replace(hand, faults=tuple(map(parse_fault, faults)), homed=homed)
+    def command(*, hand):
+        return hand
 
     done = CliRunner().invoke(command, argv, standalone_mode=False)
     assert done.exception is None, done.exception
@@ -48,10 +47,7 @@ def read_back(argv, of_a_hand):
 
 @given(spec=SPECS)
 def test_the_process_that_serves_a_hand_gets_the_same_one(spec):
-    """`aero-hil emulate` has no target and no name: it is the target."""
-    served = replace(spec, target="emulated", hand_id="")
-    assert read_back(spec.argv(), emulation) == served
-    assert read_back(["--hil", spec.target, *spec.argv()], target) == replace(spec, hand_id="")
+    assert spec_of(spec_text(spec)) == replace(spec, target="pty", hand_id="")
 
 
 def test_hands_toml_options_and_python_say_the_same_hand(tmp_path, monkeypatch):

@@ -11,11 +11,11 @@ from aero import Channel
 from aero.channels import WIRE_ORDER
 from aero.protocol import make_positions
 from firmware_emulator.links.pty import PtyServer
-from hil.cli.hands_on import COMMAND, IDLE_S, HandsOn
 from hil.faults.acts import ACTS
 from hil.recordings.mcap_file import read_recording
 from hil.targets.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
+from hil.targets.hands_on import COMMAND, IDLE_S, HandsOn
 from model.units import load_unit
 
 PATIENCE_S = 60.0
