@@ -50,7 +50,7 @@ def filled(kind: type[T], table: Any, where: str) -> T:
 
     _check(kind, table, where)
     try:
-        return msgspec.convert(table, kind)
+        return msgspec.convert(table, kind, dec_hook=lambda wanted, value: wanted(value))
     except msgspec.ValidationError as error:
         said, _, key = str(error).partition(" - at `$")
         for word, plain in PLAIN.items():
@@ -69,14 +69,14 @@ def _check(kind: Any, value: Any, where: str) -> None:
     rows = value if isinstance(value, list) else [value]
     for inner in filter(is_dataclass, (kind, *get_args(kind))):
         known = get_type_hints(inner)
-        for place, row in enumerate(rows, 1):
-            at = f"{where} {place}" if rows is value else where
+        for place, row in enumerate(rows):
+            at = f"{where}[{place}]" if rows is value else where
             for key, field in row.items() if isinstance(row, Mapping) else ():
                 if key not in known:
                     raise ValueError(f"{at}: unknown key `{key}`; {meant(key, known)}known are {', '.join(known)}")
                 for option in (known[key], *get_args(known[key])):
                     if get_origin(option) is Literal and field not in get_args(option):
-                        raise ValueError(f"{at}.{key} is one of {', '.join(get_args(option))}, not {field!r}")
+                        raise ValueError(f"{at}.{key} is one of {', '.join(map(str, get_args(option)))}, not {field!r}")
                 if isinstance(field, float) and not math.isfinite(field):
                     raise ValueError(f"{at}.{key} must be finite, not {field}")
                 _check(known[key], field, f"{at}.{key}")

@@ -92,21 +92,21 @@ def test_a_new_robot_is_one_toml_beside_its_mjcf(pendulum):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ([("id = 9", "id = 254")], "servo 1: an id is 0 to 253"),
-        ([("id = 9", 'id = "nine"')], "servo 1: id cannot be 'nine'"),
-        ([("id = 9\n", "")], "servo 1: id missing"),
-        ([("gear = 2.0", "gears = 2.0")], "unknown gears"),
-        ([("gear = 2.0", "joint_damping = -1")], "joint_damping is not negative"),
-        ([("gear = 2.0", "gear = 0")], "a gear is positive"),
-        ([("direction = -1", "direction = 0")], "a direction is 1 or -1"),
+        ([("id = 9", "id = 254")], r"servos\[0\].id: expected `int` <= 253"),
+        ([("id = 9", 'id = "nine"')], r"servos\[0\].id: expected `int`, got text"),
+        ([("id = 9\n", "")], r"servos\[0\]: missing key `id`"),
+        ([("gear = 2.0", "gears = 2.0")], r"servos\[0\]: unknown key `gears`; did you mean `gear`"),
+        ([("gear = 2.0", "joint_damping = -1")], r"joint_damping: expected `float` >= 0.0"),
+        ([("gear = 2.0", "gear = 0")], r"gear: expected `float` > 0.0"),
+        ([("direction = -1", "direction = 0")], "direction is one of 1, -1, not 0"),
         ([("STS3215", "STS9999")], "unknown servo model 'STS9999'"),
-        ([("gear = 2.0", "physics = {torque = 1}")], "servo 1: servo model STS3215"),
+        ([("gear = 2.0", "physics = {torque = 1}")], r"servos\[0\]: servo model STS3215"),
         ([("gear = 2.0", "physics = {stall_torque = -1}")], "must be positive"),
         ([("swing", "swings")], "no hinge joint 'swings'; it has swing"),
         ([("swing", "slide")], "no hinge joint 'slide'"),
         ([("pendulum.xml", "none.xml")], "no such file"),
-        ([("mjcf", "xml")], "unknown xml"),
-        ([("[[servos]]", "[servos]")], "one or more"),
+        ([("mjcf", "xml")], "unknown key `xml`"),
+        ([("[[servos]]", "[servos]")], "servos: expected a list, got a table"),
         ([("start_deg", "[[servos]]\nid = 8\nmodel = 'STS3215'\njoint = 'swing'\nstart_deg")], "two servos turn swing"),
     ],
 )
@@ -128,7 +128,7 @@ def test_a_model_that_cannot_be_simulated_names_file_joint_time_and_what_to_try(
 @pytest.mark.parametrize("number", ["nan", "-1.0", "1e300"])
 @pytest.mark.parametrize("field", ["voltage", "stall_torque", "cooling_s", "loop_period_s"])
 def test_a_number_that_no_servo_has_is_refused(pendulum, field, number):
-    with pytest.raises(ValueError, match=rf"servo 1: .*{field}|stall torque"):
+    with pytest.raises(ValueError, match=rf"servos\[0\]: .*{field}|stall torque"):
         pendulum(("gear = 2.0", f"physics = {{{field} = {number}}}"))
 
 

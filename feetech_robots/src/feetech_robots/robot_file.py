@@ -19,13 +19,15 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Annotated, Literal
+
+from msgspec import Meta
 
 from aero.regular_file import read_text
+from aero_hil_toml import filled, parsed
 from firmware_emulator.servo.parameters import ServoParameters
 
 LARGEST_ID, LARGEST = 253, 1e6
@@ -50,37 +52,24 @@ RANGES = {
 class RobotServo:
     """Servo and its joint."""
 
-    id: int
-    """Bus ID, 0 to 253; duplicates are allowed, as with a servo that was never set up."""
+    id: Annotated[int, Meta(ge=0, le=LARGEST_ID)]
+    """Bus ID; duplicates are allowed, as with a servo that was never set up."""
     model: str
     """Model name, for `servo.models.model_of`."""
     joint: str
     """Name of a hinge joint of the MJCF file."""
-    direction: int = 1
+    direction: Literal[1, -1] = 1
     """Direction: 1 if counts grow with the joint's angle, else -1."""
-    zero_counts: float = 2048.0
+    zero_counts: Annotated[float, Meta(ge=-LARGEST, le=LARGEST)] = 2048.0
     """Reading at joint angle zero without offset, counts."""
-    gear: float = 1.0
-    """Turns of the servo per turn of the joint, positive."""
-    start_deg: float = 0.0
+    gear: Annotated[float, Meta(gt=0.0)] = 1.0
+    """Turns of the servo per turn of the joint."""
+    start_deg: Annotated[float, Meta(ge=-3600.0, le=3600.0)] = 0.0
     """Joint angle at time zero, degrees."""
-    joint_damping: float | None = None
+    joint_damping: Annotated[float, Meta(ge=0.0)] | None = None
     """Damping of the joint without back-EMF, N m s/rad; None for the value of the MJCF file."""
     physics: Mapping[str, float] = field(default_factory=dict)
     """Fields of `ServoParameters` that override the model's data sheet."""
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.id <= LARGEST_ID:
-            raise ValueError(f"an id is 0 to {LARGEST_ID}, not {self.id}")
-        if self.direction not in (1, -1):
-            raise ValueError(f"a direction is 1 or -1, not {self.direction}")
-        if not (math.isfinite(self.gear) and self.gear > 0.0):
-            raise ValueError(f"a gear is positive, not {self.gear}")
-        for name, value, largest in (("zero_counts", self.zero_counts, 1e6), ("start_deg", self.start_deg, 3600.0)):
-            if not -largest <= value <= largest:
-                raise ValueError(f"{name} is -{largest:g} to {largest:g}, not {value:g}")
-        if self.joint_damping is not None and not 0.0 <= self.joint_damping < math.inf:
-            raise ValueError(f"a joint_damping is not negative, not {self.joint_damping}")
 
     @property
     def parameters(self) -> ServoParameters:
@@ -103,7 +92,7 @@ class Robot:
 
     mjcf: Path
     """Path of the MJCF file."""
-    servos: tuple[RobotServo, ...]
+    servos: Annotated[tuple[RobotServo, ...], Meta(min_length=1)]
     """Servos in the order of the file."""
 
     def joints(self) -> dict[str, int]:
@@ -119,37 +108,19 @@ def read_robot(path: Path) -> Robot:
         OSError: the file, or the file of a servo's model, cannot be read.
     """
     try:
-        content = tomllib.loads(read_text(path))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: not a TOML file: {error}") from error
-    if unknown := content.keys() - {"mjcf", "servos"}:
-        raise ValueError(f"{path}: unknown {', '.join(sorted(unknown))}; a robot has mjcf and servos")
-    if not isinstance(content.get("mjcf"), str) or not isinstance(content.get("servos"), list) or not content["servos"]:
-        raise ValueError(f"{path}: a robot has mjcf, the path of a file, and [[servos]], one or more")
-    servos = tuple(_servo(row, path, number) for number, row in enumerate(content["servos"], 1))
-    joints = [servo.joint for servo in servos]
+        robot = filled(Robot, parsed(read_text(path), str(path)), str(path))
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path} is not TOML: {error}") from error
+    joints = [servo.joint for servo in robot.servos]
     if doubled := {joint for joint in joints if joints.count(joint) > 1}:
         raise ValueError(f"{path}: two servos turn {', '.join(sorted(doubled))}")
-    return Robot(path.parent / content["mjcf"], servos)
-
-
-def _servo(row: Mapping[str, Any], path: Path, number: int) -> RobotServo:
-    known = {field.name for field in fields(RobotServo)}
-    try:
-        if unknown := row.keys() - known:
-            raise ValueError(f"unknown {', '.join(sorted(unknown))}; a servo has {', '.join(sorted(known))}")
-        if missing := {"id", "model", "joint"} - row.keys():
-            raise ValueError(f"{', '.join(sorted(missing))} missing")
-        hints = get_type_hints(RobotServo)
-        for name, value in row.items():
-            numeric = (int, float)
-            wanted: Any = {int: int, float: numeric, float | None: numeric, str: str}.get(hints[name], dict)
-            if not isinstance(value, wanted) or isinstance(value, bool):
-                raise ValueError(f"{name} cannot be {value!r}")
-        model = row["model"]
-        servo = RobotServo(**{**row, "model": str(path.parent / model) if model.endswith(".toml") else model})
-        # Evaluated here so that errors in the parameters name this file.
-        _ = servo.parameters
-    except ValueError as error:
-        raise ValueError(f"{path}: servo {number}: {error}") from error
-    return servo
+    servos = tuple(
+        replace(servo, model=str(path.parent / servo.model)) if servo.model.endswith(".toml") else servo
+        for servo in robot.servos
+    )
+    for number, servo in enumerate(servos):
+        try:
+            _ = servo.parameters
+        except ValueError as error:
+            raise ValueError(f"{path}.servos[{number}]: {error}") from error
+    return Robot(path.parent / robot.mjcf, servos)
