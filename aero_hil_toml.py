@@ -10,6 +10,7 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import is_dataclass
 from difflib import get_close_matches
+from enum import Enum, EnumType
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 T = TypeVar("T")
@@ -75,8 +76,16 @@ def _check(kind: Any, value: Any, where: str) -> None:
                 if key not in known:
                     raise ValueError(f"{at}: unknown key `{key}`; {meant(key, known)}known are {', '.join(known)}")
                 for option in (known[key], *get_args(known[key])):
-                    if get_origin(option) is Literal and field not in get_args(option):
-                        raise ValueError(f"{at}.{key} is one of {', '.join(map(str, get_args(option)))}, not {field!r}")
+                    if (allowed := _allowed(option)) and field not in allowed:
+                        raise ValueError(f"{at}.{key} is one of {', '.join(map(str, allowed))}, not {field!r}")
                 if isinstance(field, float) and not math.isfinite(field):
                     raise ValueError(f"{at}.{key} must be finite, not {field}")
                 _check(known[key], field, f"{at}.{key}")
+
+
+def _allowed(kind: Any) -> tuple[Any, ...]:
+    """Return the values of a Literal or an Enum, () of another type."""
+    if get_origin(kind) is Literal:
+        return get_args(kind)
+    values: Iterable[Enum] = kind if isinstance(kind, EnumType) else ()
+    return tuple(one.value for one in values)

@@ -13,9 +13,9 @@ import tomllib
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from aero.whole_file import write_whole
+from aero_hil_toml import filled, parsed
 
 ROOT = Path(__file__).parents[1]
 TABLE = Path(__file__).with_name("shipped.toml")
@@ -47,12 +47,7 @@ class Artefact:
 
 def load(table: Path = TABLE) -> tuple[Artefact, ...]:
     """Return the artefacts of a table."""
-    rows: list[dict[str, Any]] = tomllib.loads(table.read_text(encoding="utf-8"))["artefact"]
-    return tuple(Artefact(**{name: _frozen(value) for name, value in row.items()}) for row in rows)
-
-
-def _frozen(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
+    return filled(tuple[Artefact, ...], parsed(table.read_text(encoding="utf-8"), table.name)["artefact"], table.name)
 
 
 def store(artefacts: tuple[Artefact, ...], table: Path = TABLE) -> None:

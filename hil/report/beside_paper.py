@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass
 from importlib import resources
 
 from aero.channels import Channel
+from aero_hil_toml import filled, parsed
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.declaration import Metric, Published
 from hil.checks.shared.experiment import reading
@@ -108,8 +108,8 @@ def text_rows(validation: Validation) -> list[TextRow]:
         for figure in metric.published
     ]
     text = (resources.files("hil.checks") / "unmeasured.toml").read_text(encoding="utf-8")
-    unmeasured = tomllib.loads(text)["figure"]
-    return measured + [TextRow(row["figure"], row["says"], "", "not measured", "", row["note"]) for row in unmeasured]
+    unmeasured = filled(tuple[Published, ...], parsed(text, "unmeasured.toml")["figure"], "unmeasured.toml")
+    return measured + [TextRow(row.figure, row.says, "", "not measured", "", row.note) for row in unmeasured]
 
 
 def _text_row(figure: Published, metric: Metric, experiment: str, validation: Validation) -> TextRow:

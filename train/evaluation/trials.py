@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -19,6 +18,7 @@ from aero.policy.file import Policy
 from aero.policy.running import Ending, RunSettings
 from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
+from aero_hil_toml import filled, parsed
 from hil.targets.hand_spec import HandSpec, Side
 from model.scene import CUBE, Cube, any_cube
 from model.units.cable_correction import NONE, TYPICAL, named_correction
@@ -152,8 +152,9 @@ class Deployment:
 @cache
 def load_deployments() -> dict[str, Deployment]:
     """Return the deployments of `deployments.toml` by name."""
-    table = tomllib.loads((files("train") / "evaluation" / "deployments.toml").read_text(encoding="utf-8"))
-    return {name: Deployment(name=name, **row) for name, row in table.items()}
+    file = files("train") / "evaluation" / "deployments.toml"
+    table = parsed(file.read_text(encoding="utf-8"), file.name)
+    return {name: filled(Deployment, row | {"name": name}, f"{file.name}, [{name}]") for name, row in table.items()}
 
 
 def run_trials(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aero_hil_toml import filled, parsed
 from train.identification.search import NOISE_COUNTS, OUTLIER_COUNTS
 from train.identification.unit_parameters import Floats, Free, Residuals
 
@@ -135,8 +135,8 @@ def intervals(numbers: Callable[[Floats], Mapping[str, Floats]], x: Floats, erro
 
 def interval_factors() -> dict[str, float]:
     """Return the factor of each kind of number, by `section.field` or section."""
-    table = tomllib.loads((resources.files("hil") / "data" / FILE).read_text(encoding="utf-8"))
-    return {name: float(factor) for name, factor in table["factors"].items()}
+    text = (resources.files("hil") / "data" / FILE).read_text(encoding="utf-8")
+    return filled(dict[str, float], parsed(text, FILE)["factors"], FILE)
 
 
 def factors_of(free: Sequence[Free], factors: Mapping[str, float]) -> Floats:

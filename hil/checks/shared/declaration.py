@@ -39,6 +39,7 @@ from typing import Any, Literal
 
 from aero.channels import Channel
 from aero.firmware import VERSION_GROUPS
+from aero_hil_toml import filled
 from hil.checks.shared.subjects import GROUPS
 
 LimitSide = Literal["above", "below", "both"]
@@ -210,10 +211,7 @@ def number(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
 
 
-EVIDENCE = [one.value for one in EvidenceKind]
 BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
-SEEN = {"end_of_scale", "differs", "seconds", "worst_at", "optional", "timed", "samples_in_time"}
-KNOWN = {"name", "evidence", "words", "unit", "says", "bounds", "worse", "column", "paper", "motion", *BOUND, *SEEN}
 
 
 def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
@@ -227,13 +225,10 @@ def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
     groups: Mapping[str, Mapping[str, Any]] = on if isinstance(on, dict) else {group: {} for group in on}
     for group, differing in groups.items():
         merged = {**own, **differing}
-        if unknown := sorted(merged.keys() - KNOWN):
-            raise ValueError(f"check on {name}: unknown keys {unknown}")
-        if group not in GROUPS or "unit" not in merged:
-            raise ValueError(f"check on {name}: give a unit; `on` names {', '.join(GROUPS)}, not {group}")
-        evidence = merged.get("evidence")
-        if (evidence is None and (BOUND & merged.keys())) or evidence not in (None, *EVIDENCE):
-            raise ValueError(f"check on {name}: `evidence` of its bounds is one of {', '.join(EVIDENCE)}")
+        if group not in GROUPS:
+            raise ValueError(f"check on {name}: `on` names {', '.join(GROUPS)}, not {group}")
+        if "evidence" not in merged and BOUND & merged.keys():
+            raise ValueError(f"check on {name}: its bounds need `evidence`")
         yield _metric(experiment, GROUPS[group], merged, published)
 
 
@@ -247,12 +242,8 @@ def parse_checks(experiment: str, subjects: tuple[str, ...], table: Mapping[str,
     bounds = [common | bound for bound in table.get("bounds", [{}])]
     named = {version for bound in bounds for version in bound.get("firmware", ())}
     others = tuple(version for group in VERSION_GROUPS if named and named.isdisjoint(group) for version in group)
-    lists = [{key: tuple(bound[key]) for key in ("firmware", "recorded") if key in bound} for bound in bounds]
-    return tuple(
-        Check(experiment, table["name"], subjects, **{"firmware": others, **bound, **tuples})
-        for bound, tuples in zip(bounds, lists, strict=True)
-        if bound
-    )
+    of = {"experiment": experiment, "metric": table["name"], "subjects": subjects, "firmware": others}
+    return tuple(filled(Check, of | bound, f"check on {table['name']}") for bound in bounds if bound)
 
 
 def _metric(
@@ -272,18 +263,11 @@ def _metric(
         for subject, number in numbers.items()
         if not figure.subject
     ]
-    return Metric(
-        table["name"],
-        table.get("words", table["name"].replace("_", " ")),
-        table["unit"],
-        subjects,
-        EvidenceKind(table["evidence"]) if "evidence" in table else None,
-        says=tuple(table.get("says", ())),
+    own = {key: value for key, value in table.items() if key not in BOUND | {"bounds"}}
+    words = {"words": table["name"].replace("_", " "), "subjects": subjects}
+    metric = filled(Metric, words | own | {"paper": numbers}, f"check on {table['name']}")
+    return replace(
+        metric,
         checks=parse_checks(experiment, subjects, table),
-        worse=Worse(**table["worse"]) if "worse" in table else None,
-        column=Column(**table["column"]) if "column" in table else None,
-        paper=numbers,
         published=tuple(figure for figure in figures if figure.subject in subjects),
-        motion=MotionRole(table["motion"]) if "motion" in table else None,
-        **{key: table[key] for key in SEEN & table.keys()},
     )

@@ -55,8 +55,8 @@ def test_a_table_of_limits_is_read_as_it_was_written():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"colour": 1}, "unknown keys"),
-        ({"floor": 0.1}, "unknown keys"),
+        ({"colour": 1}, "unknown key"),
+        ({"floor": 0.1}, "unknown key"),
         ({"at_most": 3.0, "source": "physics"}, "give a side, or"),
     ],
 )
