@@ -7,19 +7,20 @@ to date. Other inputs are compared byte for byte.
 from __future__ import annotations
 
 import ast
-import json
 import subprocess
 import tomllib
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+import tomli_w
+
 from aero.whole_file import write_whole
 from aero_hil_toml import filled, parsed
 
 ROOT = Path(__file__).parents[1]
 TABLE = Path(__file__).with_name("shipped.toml")
-HEAD = "# What ships, and what made it; train/shipped.py explains it, `aero-hil shipped` checks and updates it.\n"
+HEAD = "# What ships, and what made it; train/shipped.py explains it, `aero-hil shipped` checks and updates it.\n\n"
 
 
 class NoHistoryError(ValueError):
@@ -53,8 +54,7 @@ def load(table: Path = TABLE) -> tuple[Artefact, ...]:
 def store(artefacts: tuple[Artefact, ...], table: Path = TABLE) -> None:
     """Write a table."""
     rows = [{name: value for name, value in asdict(one).items() if value} for one in artefacts]
-    lines = ["\n[[artefact]]\n" + "".join(f"{name} = {json.dumps(row[name])}\n" for name in row) for row in rows]
-    write_whole(table, HEAD + "".join(lines))
+    write_whole(table, HEAD + tomli_w.dumps({"artefact": rows}))
 
 
 def made(artefacts: tuple[Artefact, ...], file: str, reason: str = "", root: Path = ROOT) -> tuple[Artefact, ...]:

@@ -11,6 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+import tomli_w
 from numpy.typing import NDArray
 
 from aero.channels import Channel
@@ -38,9 +39,9 @@ def as_toml(rows: NDArray[np.float64]) -> str:
         f"# from plausible:{SEEDS[0]} to plausible:{SEEDS[-1]} (model/units/plausible.py), at the nominal grasp of",
         f"# `{DEFAULT}`. By how much longer each channel is commanded than the map says: m, abduction rad.",
     ]
-    for table, values in (("mean", rows.mean(axis=0)), ("standard_deviation", rows.std(axis=0))):
-        lines += ["", f"[{table}]", *(f"{channel.label} = {values[channel] + 0.0:.6f}" for channel in Channel)]
-    return "\n".join(lines) + "\n"
+    tables = {"mean": rows.mean(axis=0), "standard_deviation": rows.std(axis=0)}
+    rounded = {name: {one.label: round(values[one] + 0.0, 6) for one in Channel} for name, values in tables.items()}
+    return "\n".join(lines) + "\n\n" + tomli_w.dumps(rounded)
 
 
 if __name__ == "__main__":

@@ -150,17 +150,12 @@ def add_hand(name: str, port: str, versions: Sequence[str], path: Path = Path(FI
         ValueError: as for `refuse_taken`.
         OSError: the file cannot be written.
     """
+    import tomli_w  # noqa: PLC0415 - help is quick
+
     refuse_taken(name, path)
     before = read_text(path).rstrip("\n") + "\n\n" if path.exists() else ""
-    lines = [f"[{name}]", f"port = {_quoted(port)}"]
-    if len(versions) == 1:
-        lines.append(f"firmware = {_quoted(versions[0])}")
-    elif versions:
-        lines.append(f'# firmware = "{versions[-1]}"  # name the flashed one: {", ".join(versions)} answer alike')
-    lines.append('# side = "left"  # no board says its side')
-    write_whole(path, before + "\n".join(lines) + "\n")
-
-
-def _quoted(text: str) -> str:
-    """Return text as a basic string of TOML."""
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    table = {"port": port} | ({"firmware": versions[0]} if len(versions) == 1 else {})
+    notes = ['# side = "left"  # no board says its side']
+    if len(versions) > 1:
+        notes.insert(0, f'# firmware = "{versions[-1]}"  # name the flashed one: {", ".join(versions)} answer alike')
+    write_whole(path, before + tomli_w.dumps({name: table}) + "\n".join(notes) + "\n")

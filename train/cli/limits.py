@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
 import click
+import tomli_w
 
 from aero.whole_file import write_whole
 from hil.checks import CHECKS
@@ -74,4 +74,4 @@ def provenance_text(outcomes: Sequence[Outcome], flagged: int, judged: int) -> s
         "flagged_by_the_others": [flagged, judged],
     }
     head = "# What limits.csv was made from; train/limits/population.py draws the hands.\n"
-    return head + "".join(f"{name} = {json.dumps(value)}\n" for name, value in table.items())
+    return head + tomli_w.dumps(table)
