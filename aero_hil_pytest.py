@@ -258,7 +258,7 @@ def aero_target(request: pytest.FixtureRequest, _aero_hil: Callable[[], SharedHa
     if not texts:
         shared = _aero_hil()
         if left := shared.left_behind():
-            pytest.fail(f"an earlier test left the hand other than it was: {', '.join(left)}", pytrace=False)
+            pytest.fail(f"an earlier test changed the hand: {', '.join(left)}", pytrace=False)
         _give(item, shared.target)
         yield shared.target
         return

@@ -37,9 +37,9 @@ def open_regular(path: Path, most_bytes: int | None = None) -> BinaryIO:
     try:
         found = os.fstat(stream.fileno())
         if not stat.S_ISREG(found.st_mode):
-            raise OSError(f"{path} is no regular file")
+            raise OSError(f"{path} is not a regular file")
         if most_bytes is not None and found.st_size > most_bytes:
-            raise OSError(f"{path} has {found.st_size} bytes; {most_bytes} are the most that make sense")
+            raise OSError(f"{path} has {found.st_size} bytes; {most_bytes} are the limit")
         try:
             start = stream.read(len(LFS_POINTER))
         except OSError as error:  # the error of a read lacks the file name
@@ -117,7 +117,7 @@ def read_npz(path: Path, largest_bytes: int) -> dict[str, NDArray[Any]]:
         with open_regular(path) as stream, np.load(stream, allow_pickle=False) as archive:
             claimed = sum(member.file_size for member in archive.zip.infolist())
             if claimed > largest_bytes:
-                raise ValueError(f"it unpacks to {claimed} bytes; {largest_bytes} are the most that make sense")
+                raise ValueError(f"it unpacks to {claimed} bytes; {largest_bytes} are the limit")
             return dict(archive)
     except FileNotFoundError:
         raise

@@ -69,7 +69,7 @@ def begin_file(path: Path, buffering: int = -1) -> BinaryIO:
     except FileNotFoundError:
         return path.open("xb", buffering=buffering)
     if not (stat.S_ISREG(found) or stat.S_ISLNK(found)):
-        raise OSError(f"{path} is there already and no regular file; choose another name")
+        raise OSError(f"{path} exists and is not a regular file; choose another name")
     try:
         path.unlink()
     except OSError as error:

@@ -167,7 +167,7 @@ def _files(path: Path) -> list[Path]:
         raise CheckpointError(
             f"{path} is a run with checkpoints; give one of them, the last is {path / steps[-1]}"
             if steps
-            else f"{path} is no checkpoint: an Orbax folder has a file _METADATA"
+            else f"{path} is not a checkpoint: an Orbax folder has a file _METADATA"
         )
     return sorted(part for part in path.rglob("*") if part.is_file())
 

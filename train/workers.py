@@ -85,10 +85,10 @@ def check_address(scheduler: str) -> None:
         parts = urlsplit(scheduler)
         host, _ = parts.hostname, parts.port
     except ValueError as error:
-        raise NoSchedulerError(f"{scheduler!r} is no address of a Dask scheduler: {error}") from error
+        raise NoSchedulerError(f"{scheduler!r} is not an address of a Dask scheduler: {error}") from error
     if parts.scheme not in PLAIN | ENCRYPTED or not host:
         raise NoSchedulerError(
-            f"{scheduler!r} is no address of a Dask scheduler; write tcp://HOST:PORT or tls://HOST:PORT"
+            f"{scheduler!r} is not an address of a Dask scheduler; write tcp://HOST:PORT or tls://HOST:PORT"
         )
     if parts.scheme in PLAIN and not _on_this_machine(host):
         raise NoSchedulerError(

@@ -63,7 +63,7 @@ def save(policy: Policy, path: Path) -> None:
         TypeError: the network is not a `Network`.
     """
     if not isinstance(policy.network, Network):
-        raise TypeError(f"{policy.name} is no network of this project")
+        raise TypeError(f"{policy.name} is not a network of this project")
     header = FIXED | {
         "name": policy.name,
         "shown_action": policy.shown_action.value,

@@ -24,7 +24,7 @@ class Held(Enum):
     """Verdict of the currents at the end of a run."""
 
     YES = "something is in the hand"
-    UNKNOWN = "not known: an empty hand and one that holds lightly draw alike"
+    UNKNOWN = "not known: an empty hand and one that holds lightly draw equal currents"
 
 
 def held_at_the_end(currents_a: NDArray[np.float64], period_s: float) -> Held:

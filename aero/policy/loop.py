@@ -79,7 +79,7 @@ def interface_of(policy: Policy, settings: RunSettings) -> Interface:
     if settings.settings is None and settings.shown_action is None:
         return policy.interface
     if policy.declared is not None:
-        raise ValueError(f"{policy.name} declares what it observes and does: it has no other settings and no lateness")
+        raise ValueError(f"{policy.name} declares its interface, so settings and delay cannot be changed")
     return cube_interface(settings.settings or policy.settings, settings.shown_action or policy.shown_action)
 
 

@@ -190,7 +190,7 @@ class Guard:
             raise SafetyStopError(str(self._stop), self._stop.reason, self._stop.channel)
         if self.phase is Phase.ENDING:
             raise SafetyStopError(
-                f"{self._hand.name}: it is being opened for the last time. {self._ending.text}.",
+                f"{self._hand.name}: its final opening is in progress. {self._ending.text}.",
                 self._ending.reason,
                 self._ending.channel,
             )

@@ -175,7 +175,7 @@ class _Attempt:
                 break
         if not live:
             return (
-                "its readings stand still, so that the board does not reach all its servos; those that it reaches "
+                "its readings do not change, so the board does not reach all its servos; those that it reaches "
                 "were told to open"
             )
         return doubt

@@ -33,7 +33,7 @@ from hil.verdict.rerun import Plan, rerun
 from hil.verdict.run_end import EndKind
 from hil.verdict.steps import StepOutcome
 
-GO_ON = "Go on with the case that this run belongs to."
+GO_ON = "Continue the case of this run."
 NOTE = FreeText("Measured, read or seen (may stay empty):")
 FREED = "Was there anything to take away?"
 READY = "Ready: the step is done, and the hand has power."
@@ -127,7 +127,7 @@ class CaseSession:
             self._asker.show(self._shown(proposal))
             outcome, note = self._taken(proposal, self._folder / f"step-{len(self.case.done) + 1}")
             if outcome is None:
-                self._asker.tell("This run says nothing about the hand, as where this computer was busy: once more.")
+                self._asker.tell("This run is inconclusive, for example because this computer was busy: repeat it.")
             else:
                 self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
         said = conclusion(self.case)

@@ -50,7 +50,7 @@ def diagnose(*, folder: Path, port: str | None, view: bool, same_hand: bool) -> 
     except BaseException as error:
         asker.close()
         if isinstance(error, KeyboardInterrupt):
-            asker.tell("the case is put down; the same command takes it up, at this step")
+            asker.tell("the case is interrupted; the same command resumes it at this step")
         raise
     echo(folder / "case.html")
     sys.exit(Exit.WITHIN_LIMITS if session.case.gone else Exit.OUT_OF_LIMITS)

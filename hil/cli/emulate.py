@@ -116,4 +116,4 @@ def _late(delays: DelayLog, observer: Observer, late_s: float) -> None:
     delays.add(late_s, Loop.BOARD)
     if late_s >= LEAST_S:
         observer.give_way()
-        _LOG.info("this computer held the emulated board up for %.0f ms", 1e3 * late_s)
+        _LOG.info("this computer delayed the emulated board by %.0f ms", 1e3 * late_s)

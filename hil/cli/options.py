@@ -103,7 +103,7 @@ class Finite(click.FloatRange):
         """Return the number, or fail with the expected range."""
         number: float = super().convert(value, param, ctx)
         if not math.isfinite(number):
-            self.fail(f"{value} is no finite number", param, ctx)
+            self.fail(f"{value} is not a finite number", param, ctx)
         return number
 
 
@@ -129,7 +129,7 @@ class HostAndPort(click.ParamType):  # type: ignore[type-arg]  # generic only fr
         """Return host and port, or fail with the expected form."""
         host, colon, port = str(value).rpartition(":")
         if not (host and colon and port.isdigit() and int(port) < 2**16):
-            self.fail(f"{value!r} is no HOST:PORT, such as localhost:4000", param, ctx)
+            self.fail(f"{value!r} is not HOST:PORT, such as localhost:4000", param, ctx)
         return host.removeprefix("[").removesuffix("]"), int(port)
 
 

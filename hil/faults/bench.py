@@ -64,7 +64,7 @@ class HandBench:
             if (words := next_act(self.state().acts, wanted)) is None:
                 return
             self.act(words)
-        raise ValueError(f"the hand does not become what it was: {', '.join(self.state().acts)}")
+        raise ValueError(f"the hand's state cannot be restored: {', '.join(self.state().acts)}")
 
 
 def next_act(present: Sequence[str], wanted: Sequence[str]) -> str | None:

@@ -67,7 +67,7 @@ def _centre(hand: EmulatedHand, fault: Injection, *, homes: bool) -> None:
 
 def _emulated(hand: EmulatedHand, fault: Injection) -> Board:
     if not isinstance(hand.board, Board):
-        raise ValueError(f"{fault} cannot be put into a firmware program; leave out the program or the fault")
+        raise ValueError(f"{fault} cannot be injected into a firmware program; leave out the program or the fault")
     return hand.board
 
 

@@ -136,4 +136,4 @@ def refuse_in_a_program(faults: tuple[Injection, ...]) -> None:
     """
     for fault in faults:
         if fault.fault.layer in (FaultLayer.FIRMWARE, FaultLayer.BOARD):
-            raise ValueError(f"{fault} cannot be put into a firmware program; leave out the program or the fault")
+            raise ValueError(f"{fault} cannot be injected into a firmware program; leave out the program or the fault")

@@ -67,7 +67,7 @@ class ProgramEnd(Passing):
 
     def _check(self) -> None:
         if self._link.gone():
-            raise ConnectionError(f"the link to {self.name} hung up (Input/output error), as the fault asked for")
+            raise ConnectionError(f"the link to {self.name} hung up (Input/output error), as requested by the fault")
 
 
 def _stalls(assembly: HandAssembly, fault: Injection) -> Active:
@@ -84,7 +84,7 @@ def refuse_at_a_port(faults: Iterable[Injection]) -> None:
     for fault in faults:
         if fault.fault.layer is FaultLayer.HOST:
             raise ValueError(
-                f"{fault} sits at the program's end of the link, where a hand on a port of its own cannot put it; use "
+                f"{fault} acts at the program's end of the link, which a hand on a port does not reach; use "
                 "the target `emulated`, and for link_hangs_up `aero-hil proxy`"
             )
 

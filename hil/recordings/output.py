@@ -115,7 +115,7 @@ def prepared_file(path: Path) -> Path:
     except OSError as error:
         raise UnwritablePlaceError(error.errno, error.strerror, str(path)) from error
     if (path.is_symlink() or path.exists()) and not path.is_file():
-        raise OSError(f"{path} is there already and no regular file; choose another name")
+        raise OSError(f"{path} exists and is not a regular file; choose another name")
     if path.exists() and not os.access(path, os.W_OK):
         raise PermissionError(f"{path} cannot be written")
     return path

@@ -37,7 +37,7 @@ def conformed(name: str, series: Series) -> Series:
     if sorted(series.columns) != sorted(LABELS):
         raise UnusableFileError(f"series {name} has the columns {', '.join(series.columns)}, not {', '.join(LABELS)}")
     if name in CODES and len(series.values) and not 0 <= series.values.min() <= series.values.max() <= MAX_CODE:
-        raise UnusableFileError(f"series {name} holds what is no code: codes are 0 to {MAX_CODE}")
+        raise UnusableFileError(f"series {name} has values that are not codes: codes are 0 to {MAX_CODE}")
     # Another writer may order the columns differently, so match them by name.
     order = [series.columns.index(label) for label in LABELS]
     given = tuple(series.units[place] for place in order)

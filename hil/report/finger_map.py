@@ -58,7 +58,7 @@ def _verdict(validation: Validation, channel: Channel) -> ChannelVerdict:
         words = f"{passed.count(False)} of {len(passed)} checks failed"
         # Failures that the diagnosis leaves unexplained count against the channel itself.
         if diagnosis.suspects and channel not in diagnosis.channels and not _unexplained(validation, channel):
-            return ChannelVerdict("none", words, f"what failed there speaks for: {diagnosis.place}")
+            return ChannelVerdict("none", words, f"its failures point to: {diagnosis.place}")
         return ChannelVerdict("fail", words)
     if channel in diagnosis.channels:
         return ChannelVerdict("fail", f"its {len(passed)} checks passed, one of the whole hand failed for it")

@@ -101,8 +101,8 @@ def held_up(log: DelayLog) -> str:
     if (total := sum(delay.by_s for delay in late)) < NOTEWORTHY_S:
         return ""
     return (
-        f"this computer was held up for {total:.1f} s in the last {LOOK_BACK_S:g} s, which may be all that is wrong: "
-        "end what else runs here and try again. Otherwise: "
+        f"this computer was held up for {total:.1f} s in the last {LOOK_BACK_S:g} s, which may be the only cause: "
+        "stop other programs and try again. Otherwise: "
     )
 
 

@@ -111,7 +111,7 @@ def _hand(path: Path, name: str, table: Any) -> Fields:
             f"{path}: `{name}` stands outside a table; begin each hand with its name, such as [bench-left]"
         )
     if not _may_name(name):
-        raise ValueError(f"{where}: a name is made of letters, digits, - and _, and is none of a port")
+        raise ValueError(f"{where}: a name is made of letters, digits, - and _, and is not that of a port")
     said = {key: value for key, value in vars(filled(HandEntry, table, where)).items() if value is not None}
     fields = {"hand_id": name, "target": said.pop("port"), **said}
     if fields.get("twin", "").endswith(".toml"):

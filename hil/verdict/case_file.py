@@ -104,7 +104,7 @@ def read_case(folder: Path) -> StoredCase:
     except OSError as error:
         raise UnusableFileError(f"{folder} holds no case: {error.strerror or error}; `validate` opens one") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise UnusableFileError(f"{path} is no case that this version reads ({type(error).__name__})") from error
+        raise UnusableFileError(f"{path} is not a case of this version ({type(error).__name__})") from error
 
 
 def table_of(stored: StoredCase) -> dict[str, Any]:

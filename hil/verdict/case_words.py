@@ -50,7 +50,7 @@ def conclusion(case: DiagnosisCase) -> str:
         name = str(found)
         return f"{name[0].upper()}{name[1:]}{_now_at(case, found)}. {action}"
     if state is CaseState.NOT_SEEN_AGAIN:
-        return f"The failure did not come again, and no part is convicted. If it returns, look first at: {remaining}."
+        return f"The failure did not recur, and no part is convicted. If it returns, look first at: {remaining}."
     if not remaining:
         return "No part that is known to the rules explains the failure."
     return f"{'The failure is gone, but not isolated' if case.gone else 'Not isolated'}. What remains: {remaining}."

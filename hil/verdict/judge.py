@@ -318,7 +318,7 @@ def _answered(run: Validation, answers: Sequence[Finding]) -> Diagnosis:
     seen = tuple(channel for channel in Channel if any(finding.subject == channel.label for finding in answers))
     suspects = tuple(Suspect(Part.DIGIT, channel) for channel in seen)
     step = NextStep(LOOK_CLOSER, command_again(run.header) if run.header else "")
-    return Diagnosis(suspects, ("it looks other than it should",), evidence=tuple(answers), step=step)
+    return Diagnosis(suspects, ("it looks different from a healthy hand",), evidence=tuple(answers), step=step)
 
 
 def _worst(measured: Sequence[Measured]) -> Measured:

@@ -29,7 +29,7 @@ class EndKind(Enum):
         "run",
         "a hand that fails {at} is not moved further",
         "The checks of {at} failed, so nothing that moves the hand through its range was run.",
-        "Mend what {at} found, then validate again.",
+        "Repair what {at} found, then validate again.",
     )
     """A gate failed."""
     NOT_PERMITTED = (
@@ -47,7 +47,7 @@ class EndKind(Enum):
         "run to its end",
         "the guard",
         "{reason}",
-        "Go on with the next step; what comes after {at} was not run.",
+        "Continue with the next step; what follows {at} was not run.",
     )
     """The guard stopped the hand."""
     LINK = (
@@ -56,7 +56,7 @@ class EndKind(Enum):
         "run to its end",
         "the driver",
         "{reason}",
-        "Go on with the next step; what comes after {at} was not run.",
+        "Continue with the next step; what follows {at} was not run.",
     )
     """Driver or link ended an experiment with an error."""
     FIRMWARE = (
@@ -108,7 +108,7 @@ class EndKind(Enum):
         "present",
         "--fault",
         "{reason}",
-        "What was measured is that of a hand without it.",
+        "The measured values are of a hand without the fault.",
     )
     """A requested fault never took effect: readings stay valid, without a verdict."""
     NOT_OPENED = (
@@ -117,7 +117,7 @@ class EndKind(Enum):
         "open and weak at the end",
         "the guard",
         "{reason}",
-        "Look at the hand before anything else. What was measured stands.",
+        "Inspect the hand first. The measured values are valid.",
     )
     """All experiments ran, but the guard could not open and weaken the hand afterwards."""
 

@@ -128,7 +128,7 @@ def test_closing_the_page_and_opening_two_changes_nothing_and_a_stale_click_answ
             click(second, "Stop: open the hand")
             out, errors = program.communicate(timeout=PATIENCE_S)
     assert program.returncode == 130, errors
-    assert "the case is put down" in out
+    assert "the case is interrupted" in out
     assert "SWITCH THE HAND" not in errors
 
 

@@ -101,6 +101,6 @@ def test_a_recording_goes_into_a_file_that_is_mounted(mounted):
 def test_what_is_neither_a_file_nor_a_link_is_not_replaced(tmp_path):
     folder = tmp_path / "folder"
     folder.mkdir()
-    with pytest.raises(OSError, match="no regular file"):
+    with pytest.raises(OSError, match="not a regular file"):
         begin_file(folder)
     assert folder.is_dir()

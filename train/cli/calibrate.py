@@ -99,7 +99,7 @@ def calibrate_command(
         for table in score_tables(score(result.traces, [[prediction] for prediction in predictions])):
             console.print(table)
     else:
-        console.print(f"the fit is unfinished; what it had found is in {out}, and is no unit of this hand")
+        console.print(f"the fit is unfinished; its intermediate result in {out} does not represent this hand")
         raise stopped
     if not result.arrived:
         console.print(f"The fit has not arrived: its numbers still moved. Go on from what it found: --start {out}")

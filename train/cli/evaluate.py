@@ -173,7 +173,7 @@ def _check_fit(policy: Policy, backends: Sequence[str], cases: Sequence[Case]) -
         ValueError: the simulator, or settings of the cube task.
     """
     if policy.declared is not None and "simulation" in backends:
-        raise ValueError(f"{policy.name} runs through the bytes alone: use --on hands")
+        raise ValueError(f"{policy.name} runs on emulated hands only: use --on hands")
     for case in cases[:1]:
         interface_of(policy, case.settings)
 

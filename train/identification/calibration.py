@@ -122,7 +122,7 @@ def calibrate(
     firmware = _one_firmware(kept, firmware)
     moved = excited(kept)
     if not moved:
-        raise UnusableFileError("no channel moves in these; `aero-hil record --excite all` moves each of them")
+        raise UnusableFileError("no channel moves; `aero-hil record --excite all` moves each of them")
     told_by = identifiable_parameters(free, moved, felt_otherwise(kept))
     done_s = about_s = 0.0
 

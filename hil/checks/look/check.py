@@ -68,7 +68,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
             look.to_and_fro(channel)
     except KeyboardInterrupt as error:
         look.end()
-        raise LookEndedError("the look was ended before its end; the hand is open") from error
+        raise LookEndedError("the look was aborted; the hand is open") from error
 
 
 def digit(channel: Channel) -> str:
@@ -169,7 +169,7 @@ def measure(recording: Recording) -> Measured:
     labels = [channel.label for channel in Channel]
     wanted = ["bent", *(f"{what}_{label}" for label in labels for what in ("moved", "followed"))]
     if missing := [name for name in wanted if name not in answers]:
-        raise CannotBeMeasuredError(f"there is no answer to {missing[0]}; the look was ended before its end")
+        raise CannotBeMeasuredError(f"there is no answer to {missing[0]}; the look was aborted")
     bent = str(answers["bent"]).split()
     found: dict[str, dict[str, float]] = {}
     for channel in Channel:

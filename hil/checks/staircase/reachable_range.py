@@ -69,7 +69,7 @@ def reachable(codec: ActuationMap, length_range: Floats) -> tuple[Floats, Floats
             raise ValueError(
                 f"{channel.label}: the simulator's range maps to {np.rad2deg(open_angle):.1f}.."
                 f"{np.rad2deg(closed_angle):.1f} deg of shaft, none of which the window "
-                f"{np.rad2deg(low):.1f}..{np.rad2deg(high):.1f} deg allows; is the map the hand's?"
+                f"{np.rad2deg(low):.1f}..{np.rad2deg(high):.1f} deg allows; does the map belong to this hand?"
             )
         ends = opened[channel] + parts * (closed[channel] - opened[channel])
         opened[channel], closed[channel] = ends

@@ -42,9 +42,9 @@ COLOURS = {Verdict.OK: "green", Verdict.LOOK: "yellow", Verdict.WRONG: "red"}
 def doctor(port: str | None, save: str | None, as_json: bool) -> None:
     """Examine this machine, its serial ports and a hand at rest, and print remedies."""
     if port == "":
-        raise click.BadParameter("it is empty; name a port, or leave --hil away", param_hint="--hil")
+        raise click.BadParameter("the value is empty; give a port, or omit --hil", param_hint="--hil")
     if save is not None and port is None:
-        raise click.UsageError("--save needs --hil: the hand that is saved is asked first")
+        raise click.UsageError("--save needs --hil, because the hand is queried first")
     with usage_errors():
         port = fields_of(port)["target"] if port else ""
         if save is not None:

@@ -104,9 +104,9 @@ def check_ports(ports: Sequence[Port], named: str = "") -> Iterator[Examined]:
         found, remedy = f"named: {named}", ""
     elif hands:
         found = f"looks like a hand: {', '.join(port.device for port in hands)}"
-        remedy = f"have it asked too: aero-hil doctor --hil {hands[0].device}"
+        remedy = f"query it too: aero-hil doctor --hil {hands[0].device}"
     else:
-        why = f"{named} is no port of this machine" if named else "none looks like a hand"
+        why = f"{named} is not a port of this machine" if named else "none looks like a hand"
         found = f"{why}; serial ports here: {', '.join(port.device for port in ports) or 'none'}"
         remedy = "plug the hand in, with a cable that carries data; without a hand: aero-hil emulate"
     yield Examined("ports", Verdict.OK, found, remedy, data=data)
@@ -161,8 +161,8 @@ def _busy() -> str:
     load, cores = _load()
     if load <= cores:
         return ""
-    said = f"this computer is busy (load {load:.0f} on {cores} cores), which may be all that is wrong"
-    return f"{said}: end what else runs here and try again. Otherwise: "
+    said = f"this computer is busy (load {load:.0f} on {cores} cores), which may be the only cause"
+    return f"{said}: stop other programs and try again. Otherwise: "
 
 
 def _load() -> tuple[float, int]:
@@ -242,12 +242,12 @@ def check_calibration(codes: Sequence[int]) -> Examined:
     data = {"codes": list(codes), "odd": odd, "at_end": at_end, "restarted": restarted(codes)}
     if odd:
         why = "firmware 0.2.0 restarted without homing" if restarted(codes) else "trimmed, or not homed"
-        found = f"windows that homing does not leave ({why}): {', '.join(odd)}"
+        found = f"windows other than after homing ({why}): {', '.join(odd)}"
         remedy = "home the hand: free it, then switch its supply off and on, or call home()"
         return Examined("calibration", Verdict.LOOK, found, remedy, subject=Subject.HAND, data=data)
     seen = len(codes) - len(at_end)
     found = f"{seen} of {len(codes)} channels read as after homing"
     if at_end:
-        found += f"; at an end, where it does not show: {', '.join(at_end)}"
+        found += f"; unknown at an end of the window: {', '.join(at_end)}"
     remedy = "for this hand's own figures: aero-hil record, then aero-hil calibrate"
     return Examined("calibration", Verdict.OK, found, remedy, subject=Subject.HAND, data=data)

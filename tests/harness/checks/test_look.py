@@ -79,7 +79,7 @@ def test_a_person_who_leaves_finds_the_hand_open(answers, guarded, tmp_path):
     person = Person(leaves_after=answers)
     result, codes = looked_at(person, unit="reference", homed=False, folder=tmp_path, guarded=guarded)
     assert result.end.kind is EndKind.INTERRUPTED
-    assert str(result.end.error) == "the look was ended before its end; the hand is open"
+    assert str(result.end.error) == "the look was aborted; the hand is open"
     assert np.all(codes[: Channel.THUMB_ABDUCTION] < 1500)
     assert read_recording(tmp_path / "look.mcap").events[-1].text == "the look was ended; the hand is open"
 
@@ -103,10 +103,10 @@ GOOD = "y\n" + "".join(f"{number}\ny\n" for number in range(1, 8))
         pytest.param(
             GOOD.replace("y\n1", "n\ny\ny\nn\ny\ny\n1"),
             1,
-            "Ring finger: open digit is bent, should be straight",
+            "Ring finger: open digit bent, should be straight",
             marks=pytest.mark.slow,
         ),
-        ("y\n1\n", 130, "the look was ended before its end; the hand is open"),
+        ("y\n1\n", 130, "the look was aborted; the hand is open"),
     ],
 )
 def test_the_terminal_asks_and_ends_well(typed, code, said, tmp_path):

@@ -138,7 +138,7 @@ def test_a_fault_without_effect_is_exit_2_and_no_verdict_and_the_report_is_there
     assert not json.loads((tmp_path / "checks.json").read_text())["passed"]
     report = (tmp_path / "report.html").read_text()
     assert "Never fired: motor_dead:ring=1.0@90.0" in report
-    assert "What was measured is that of a hand without it." in report
+    assert "The measured values are of a hand without the fault." in report
 
 
 def test_a_hand_that_may_not_be_open_at_the_end_is_not_within_limits(monkeypatch, tmp_path):

@@ -138,7 +138,7 @@ def test_another_version_can_be_declared_than_the_board_runs(runs, declared):
 
 def test_a_program_on_the_board_takes_no_faults_of_the_firmware(tmp_path):
     with (
-        pytest.raises(ValueError, match="cannot be put into a firmware program"),
+        pytest.raises(ValueError, match="cannot be injected into a firmware program"),
         open_target(faults=[parse_fault("board_restart")], firmware_program=tmp_path / "none"),
     ):
         pytest.fail("there is no such program")

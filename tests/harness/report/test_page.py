@@ -103,7 +103,7 @@ def test_what_is_no_fault_of_a_finger_paints_none_red(recording, part):
     diagnosis = Diagnosis({Suspect(part): 1.0}, ("a clue",), (BAD,))
     html = page(recording, [GOOD, BAD], diagnosis=diagnosis)
     assert Elements(html).channels["index"] == ["channel", "none"]
-    assert f"not judged: what failed there speaks for: {part.value}" in html
+    assert f"not judged: its failures point to: {part.value}" in html
 
 
 def test_the_finger_that_a_check_of_the_hand_is_about_is_red(recording):

@@ -92,7 +92,7 @@ def test_no_file_and_one_of_more_than_16_mib_are_no_baseline(tmp_path):
     assert load(tmp_path).measured == {}
     with (tmp_path / "checks.json").open("a") as stream:
         stream.write(" ")
-    with pytest.raises(ValueError, match="16777216 are the most"):
+    with pytest.raises(ValueError, match="16777216 are the limit"):
         load(tmp_path)
 
 

@@ -79,7 +79,7 @@ FOREIGN = {
 @pytest.mark.parametrize("name", FOREIGN)
 def test_a_case_that_was_edited_or_is_of_another_version_is_refused_in_one_line(name, tmp_path):
     (tmp_path / CASE).write_text(FOREIGN[name])
-    with pytest.raises(UnusableFileError, match="no case that this version reads") as refused:
+    with pytest.raises(UnusableFileError, match="is not a case of this version") as refused:
         read_case(tmp_path)
     assert "\n" not in str(refused.value)
 

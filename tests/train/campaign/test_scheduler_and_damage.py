@@ -29,7 +29,7 @@ def test_a_plain_address_on_a_network_is_refused(address):
     "address", ["nonsense", "", "tcp://", "tcp://host:port", "http://host:1", "tcp://[::1:5", "a:1"]
 )
 def test_what_is_no_address_is_refused(address):
-    with pytest.raises(NoSchedulerError, match="is no address of a Dask scheduler"):
+    with pytest.raises(NoSchedulerError, match="is not an address of a Dask scheduler"):
         check_address(address)
 
 
