@@ -118,7 +118,7 @@ def load(baseline: Path) -> Baseline:
         if not all(isinstance(hand[name], str) for name in SAME):
             raise TypeError("the description of its hand is not text")
     except KeyError as error:
-        raise UnusableFileError(f"{baseline} is a baseline that does not identify its hand: no {error}") from error
+        raise UnusableFileError(f"{baseline} is not a baseline with the identity of its hand: no {error}") from error
     except (OSError, LookupError, TypeError, AttributeError, ValueError, RecursionError) as error:
         raise UnusableFileError(f"{baseline} is not a baseline of `aero-hil baseline`: {error}") from error
     return Baseline(str(baseline), hand, measured)

@@ -79,12 +79,12 @@ def test_a_figure_that_is_no_number_is_refused(tmp_path, value):
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"measured": []}', '{"measured": {"holding": 1}}', "[" * 100_000])
 def test_a_file_of_something_else_is_no_baseline(tmp_path, text):
     (tmp_path / "checks.json").write_text(text)
-    with pytest.raises(ValueError, match="no baseline"):
+    with pytest.raises(ValueError, match="not a baseline"):
         load(tmp_path)
 
 
 def test_no_file_and_one_of_more_than_16_mib_are_no_baseline(tmp_path):
-    with pytest.raises(ValueError, match="no baseline"):
+    with pytest.raises(ValueError, match="not a baseline"):
         load(tmp_path)
     assert LARGEST_BYTES == 16 * 1024 * 1024
     good = json.dumps({"hand": HAND, "measured": {}})
