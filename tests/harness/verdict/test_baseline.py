@@ -132,5 +132,5 @@ def test_a_run_that_did_not_pass_is_stored_when_that_is_asked_for(tmp_path):
 
 def test_a_baseline_that_does_not_say_whose_it_is_is_refused(tmp_path):
     (tmp_path / "checks.json").write_text('{"measured": {}}')
-    with pytest.raises(UnusableFileError, match="which hand"):
+    with pytest.raises(UnusableFileError, match="identity of its hand"):
         load(tmp_path)
