@@ -11,45 +11,49 @@ import click
 
 from aero.exit_code import Exit
 from aero.whole_file import write_whole
-from hil.checks import EXPERIMENTS, WHOLE_RUN
+from hil.cli.doctor import examine
 from hil.cli.exits import Ended, judging, usage_errors
 from hil.cli.options import RECORDING
 from hil.cli.output import echo
+from hil.cli.run_files import JUDGED_NAMES, RUN, files_of, judgeable
 from hil.cli.terminal import console as new_console
-from hil.recordings.mcap_file import read_recording
 from hil.recordings.output import prepared_file
 from hil.recordings.recording import Recording
 from hil.report.beside_run import beside_text
+from hil.report.bundle import write_bundle
 from hil.report.page import BYTES_ALONE, render_report
 from hil.report.text import failing_lines
 from hil.verdict.run_end import EndKind
 from hil.verdict.validation import judge_recordings, require_one_run
 
-NOT_JUDGED = {
-    "excitation": "was made by `aero-hil record` and is not judged; `aero-hil calibrate` reads it",
-    "policy": "was made by `aero-hil run-policy` and is not judged; `aero-hil view` and `aero-hil export` read it",
-}
-"""Advice by experiment name, for recordings that are not judged."""
-
 
 @click.command()
-@click.argument("recordings", type=RECORDING, nargs=-1, required=True)
+@click.argument("runs", metavar="RUN...", type=RUN, nargs=-1, required=True)
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("report.html"), show_default=True)
 @click.option(
     "--beside", "others", type=RECORDING, multiple=True,
     help="Recording of another run, compared but not judged; repeatable.",
 )  # fmt: skip
-def report(*, recordings: tuple[Path, ...], out: Path, others: tuple[Path, ...]) -> None:
-    """Judge RECORDINGS again and write the report; the exit codes are those of `validate`.
+@click.option(
+    "--bundle", type=click.Path(dir_okay=False, path_type=Path),
+    help="Zip file for a bug report: RUN, a folder, without names of user, home folder and computer.",
+)  # fmt: skip
+def report(*, runs: tuple[Path, ...], out: Path, others: tuple[Path, ...], bundle: Path | None) -> None:
+    """Judge each RUN again and write the report; the exit codes are those of `validate`.
+
+    RUN is the folder of a run, a recording of it, or its bundle.
 
     Each recording of --beside is compared with the one of the same experiment, channel by channel.
 
     A truncated recording is shown without a verdict; the exit code is then 2, unless another check is out of limits.
     """
-    made = {path: _judgeable(path) for path in recordings}
+    if bundle is not None:
+        _pack(runs, bundle)
+    with files_of(runs) as paths:
+        made = {path: judgeable(path) for path in paths}
     _print_beside(made, others)
     # Only judging may fail for a defect of a file; an error in the page is a bug.
-    with judging(*recordings):
+    with judging(*made):
         require_one_run({str(path): recording for path, recording in made.items()})
         judged = judge_recordings(list(made.values()))
     if not judged.results and not judged.end.cut and judged.whole_run is None:
@@ -74,6 +78,17 @@ def report(*, recordings: tuple[Path, ...], out: Path, others: tuple[Path, ...])
     sys.exit(Exit.WITHIN_LIMITS if judged.passed else Exit.OUT_OF_LIMITS)
 
 
+def _pack(runs: Sequence[Path], bundle: Path) -> None:
+    """Write the bundle of one run's folder and print its size."""
+    if len(runs) != 1 or not runs[0].is_dir():
+        raise Ended("--bundle packs the folder of one run; name that", Exit.USAGE)
+    with usage_errors():
+        prepared_file(bundle)
+    for line in write_bundle(runs[0], JUDGED_NAMES, bundle, [found.as_dict() for found in examine()]):
+        echo(f"left out: {line}", err=True)
+    echo(f"{bundle}: {bundle.stat().st_size / 1e3:.0f} kB")
+
+
 def _print_beside(made: Mapping[Path, Recording], others: Sequence[Path]) -> None:
     """Print each recording of another run next to the one of the same experiment.
 
@@ -83,7 +98,7 @@ def _print_beside(made: Mapping[Path, Recording], others: Sequence[Path]) -> Non
     console = new_console()
     by_experiment = {recording.header.experiment: (path, recording) for path, recording in made.items()}
     for path in others:
-        other = _judgeable(path)
+        other = judgeable(path)
         if other.header.experiment not in by_experiment:
             raise Ended(f"{path} is of {other.header.experiment}, which is not among the recordings", Exit.USAGE)
         first, recording = by_experiment[other.header.experiment]
@@ -92,23 +107,12 @@ def _print_beside(made: Mapping[Path, Recording], others: Sequence[Path]) -> Non
                 console.print(part)
 
 
-def _judgeable(path: Path) -> Recording:
-    """Return a recording of an experiment or a session.
-
-    Raises:
-        Ended: a recording of another kind; the message names the command for it.
-    """
-    with usage_errors():
-        recording = read_recording(path)
-    if reason := NOT_JUDGED.get(recording.header.experiment):
-        raise Ended(f"{path} {reason}", Exit.USAGE)
-    if (name := recording.header.experiment) not in (*EXPERIMENTS, WHOLE_RUN.name):
-        raise Ended(f"{path} is of {name!r}, which this version does not know", Exit.USAGE)
-    return recording
-
-
 def _links(made: Mapping[Path, Recording], out: Path) -> dict[str, str]:
-    """Return the path of each recording relative to the page, by experiment."""
+    """Return the path of each recording that is still there relative to the page, by experiment."""
     # Both paths are resolved, because a relative path through a symbolic link would lead to another folder.
     folder = out.parent.resolve()
-    return {r.header.experiment: Path(os.path.relpath(path.resolve(), folder)).as_posix() for path, r in made.items()}
+    return {
+        recording.header.experiment: Path(os.path.relpath(path.resolve(), folder)).as_posix()
+        for path, recording in made.items()
+        if path.exists()  # those of a bundle were temporary
+    }

@@ -12,6 +12,9 @@ from hil.checks import JUDGED
 from hil.checks.shared.declaration import number
 from hil.verdict.judged_run import Result
 
+FORMAT = 1
+"""Format version of `metrics.json` and `measured.csv`, increased when a key or column changes."""
+
 
 @dataclass(frozen=True)
 class MeasuredNumber:
@@ -53,8 +56,8 @@ def measured_csv(judged: Mapping[str, Result]) -> str:
     """Return all measured values of a run as CSV, one a line, the value empty if not measurable."""
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(("experiment", "subject", "metric", "words", "value", "unit"))
+    lines.writerow(("experiment", "subject", "metric", "words", "value", "unit", "format"))
     for name, result in judged.items():
         for one in readings_of(name, result):
-            lines.writerow((one.experiment, one.subject, one.metric, one.words, one.number, one.unit))
+            lines.writerow((one.experiment, one.subject, one.metric, one.words, one.number, one.unit, FORMAT))
     return text.getvalue()

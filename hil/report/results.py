@@ -13,7 +13,7 @@ from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
 from hil.recordings.output import json_text
 from hil.report.beside_paper import compared, length_unit
-from hil.report.measured import measured_csv
+from hil.report.measured import FORMAT, measured_csv
 from hil.report.page import render_report
 from hil.verdict import baseline
 from hil.verdict.case_file import HandOfCase, StoredCase, write_case
@@ -57,6 +57,7 @@ def metrics_json(validation: Validation) -> dict[str, object] | None:
     header = result.recording.header
     columns = EXPERIMENTS[header.experiment].columns
     return {
+        "format": FORMAT,
         "target": header.target,
         "firmware": header.firmware,
         "hand": header.hand,

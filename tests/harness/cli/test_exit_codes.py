@@ -58,7 +58,7 @@ def codes_of_report(monkeypatch: pytest.MonkeyPatch, folder: Path) -> set[int]:
     """Exit codes of `aero-hil report` on an incomplete recording, beside good and bad results of others."""
     codes = set()
     recording = SimpleNamespace(header=SimpleNamespace(finished=False, experiment="audit"))
-    monkeypatch.setattr(report, "_judgeable", lambda _: recording)
+    monkeypatch.setattr(report, "judgeable", lambda _: recording)
     monkeypatch.setattr(report, "render_report", lambda *_: "page")
     (folder / "audit.mcap").touch()
     for passed in (True, False):

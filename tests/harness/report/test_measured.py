@@ -3,9 +3,13 @@
 import csv
 import io
 import math
+from pathlib import Path
 
-from hil.report.measured import measured_csv, readings_of
+from hil.report.measured import FORMAT, measured_csv, readings_of
+from hil.report.results import metrics_json
 from hil.verdict.judged_run import Result
+
+ROOT = Path(__file__).parents[3]
 
 
 def test_readings_have_words_and_units(validated):
@@ -28,3 +32,31 @@ def test_the_table_holds_every_number_of_a_run(validated):
                 (row,) = [r for r in rows if (r["experiment"], r["subject"], r["metric"]) == (name, subject, metric)]
                 assert row["value"] == ("" if math.isnan(value) else repr(float(value)))
                 assert row["words"]
+
+
+SCHEMAS = {
+    1: (
+        "channels.*.excursion_hand channels.*.excursion_model channels.*.matched_steps "
+        "channels.*.overshoot_hand_percent channels.*.rise_hand_ms channels.*.rise_model_ms "
+        "channels.*.settled_percent channels.*.tracking_rms channels.*.unit "
+        "firmware format hand hand_seconds seed target wall_seconds",
+        "experiment subject metric words value unit format",
+    )
+}
+"""Keys of `metrics.json` and columns of `measured.csv` by version; a change of either needs a new version."""
+
+
+def test_keys_and_columns_are_those_of_the_version(validated):
+    metrics = metrics_json(validated)
+    own = sorted(set(metrics) - {"channels"})
+    inner = sorted({f"channels.*.{key}" for row in metrics["channels"].values() for key in row})
+    columns = measured_csv(validated.judged).splitlines()[0].split(",")
+    assert (" ".join(inner + own), " ".join(columns)) == SCHEMAS[FORMAT]
+    assert (metrics["format"], max(SCHEMAS)) == (FORMAT, FORMAT)
+
+
+def test_the_page_has_every_key_and_column_and_the_version():
+    page = (ROOT / "docs" / "commands.md").read_text().partition("## Files for other programs")[2].partition("\n## ")[0]
+    for name in " ".join(SCHEMAS[FORMAT]).split():
+        assert f"`{name}`" in page
+    assert f"Version {FORMAT}" in page
