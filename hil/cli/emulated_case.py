@@ -100,9 +100,8 @@ class EmulatedCaseHand:
             while self.clock.now() < until:
                 self.clock.sleep_until(self.clock.now() + READS_S)
                 least = min(least, bench.volts())
-        healthy = bench.assembly.healthy
-        gives = healthy.servos.voltage * healthy.hand.supply_ratio
-        return f"{rest:.2f} V with the hand open, {least:.2f} V while the fingers close; the supply gives {gives:.2f} V"
+        usual = f"the supply gives {bench.usual_volts:.2f} V"
+        return f"{rest:.2f} V with the hand open, {least:.2f} V while the fingers close; {usual}"
 
     def _version(self) -> str:
         return f"{self.bench.workbench.flashed()}; named: {self.spec.firmware}, for a {self.spec.side} hand"

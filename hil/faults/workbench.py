@@ -320,7 +320,13 @@ class Workbench:
 
     def voltage(self) -> str:
         """Measure the supply at the board's plug."""
-        return self._note(f"measured {self.volts():.2f} V at the plug")
+        return self._note(f"measured {self.volts():.2f} V at the plug; the supply gives {self.usual_volts:.2f} V")
+
+    @property
+    def usual_volts(self) -> float:
+        """Voltage of the healthy supply, V."""
+        healthy = self.assembly.healthy
+        return healthy.servos.voltage * healthy.hand.supply_ratio
 
     def volts(self) -> float:
         """Return the present supply voltage, V; 0 if switched off."""

@@ -51,6 +51,11 @@ def test_one_slider_leaves_the_other_channels(served):
     for name, percent in (("Index", 70), ("Middle", 60), ("Ring", 50)):
         slide(tab, name, percent)
     slide(tab, "Ring", 20)
+    # A program that used the port before all sliders have been sent would have the last of them refused.
+    words = tab.get_by_role("textbox", name="Words")
+    words.fill("voltage")
+    words.press("Enter")
+    said(tab, r"measured [\d.]+ V")
     expected = pytest.approx([70, 60, 20], abs=3)
     for _ in range(40):
         tab.wait_for_timeout(500)

@@ -15,6 +15,8 @@ from firmware_emulator.servo.models import REGISTERS
 pytestmark = pytest.mark.slow
 SHORT = ("--only", "presence", "--only", "audit", "--only", "excursion")
 BUS_BAUD = 1_000_000
+ANSWER, PATIENCE_S, TRIES = 6, 2.0, 5
+"""Bytes of an answer of the bus, the time that it may take, s, and how often a packet is sent."""
 NAMED = "0.2.0, for a right hand"
 
 
@@ -66,8 +68,11 @@ def leave_a_limit(bus):
     for register, value in (("lock", 0), ("min_angle", low), ("max_angle", high), ("lock", 1)):
         row = REGISTERS[register]
         body = [WIRE_ORDER.index(Channel.RING), 3 + row.size, 3, row.address, *value.to_bytes(row.size, "little")]
-        port.write(bytes((0xFF, 0xFF, *body, ~sum(body) & 0xFF)))
-        port.read(6, 0.1)
+        for _ in range(TRIES):  # its packet or the answer may collide with the board's
+            port.discard_input()
+            port.write(bytes((0xFF, 0xFF, *body, ~sum(body) & 0xFF)))
+            if port.read(ANSWER, PATIENCE_S):
+                break
     port.close()
 
 

@@ -79,11 +79,11 @@ def sees(text):
     if "the supply gives" in text:
         *measured, usual = map(float, re.findall(r"([\d.]+) V", text))
         return any(abs(volts / usual - 1.0) > OFF for volts in measured)
-    if flashed := re.search("flashed: (.*); named: (.*)", text):
+    if flashed := re.search("flashed: ([^;]*).*; named: (.*)", text):
         return flashed[1] != flashed[2]
-    if looked := re.findall(r"(?:bent|looked at) \w+: ([^;]*)", text):
+    if looked := re.findall(r"(?:bent \w+|looked at \w+|read the \w+): ([^;]*)", text):
         return looked[0] != "nothing differs"
-    return not text.endswith("nothing differs") and "nothing to take" not in text
+    return "nothing to take" not in text
 
 
 @dataclass(frozen=True)

@@ -8,19 +8,24 @@ import re
 import subprocess
 import sys
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from queue import Queue
 
 from owner import sees
 from pages import environment
 
 from aero.channels import Channel
+from aero.exit_code import Exit
 from hil.checks.shared.subjects import subject_words
 
 ASKS = "> "
 """End of a prompt."""
-SHOWN_S = 30
+SHOWN_S = 120
 """Longest time until a hand shows what was done to it, s."""
+NO_ACT = "no_such_act"
+"""Word that the prompt refuses by name."""
+TRIES = 5
+"""How often an owner lets a validation run again that says nothing about the hand."""
 BENT = {
     "Swing the thumb": Channel.THUMB_ABDUCTION,
     "thumb by hand at its base": Channel.THUMB_CMC_FLEXION,
@@ -58,16 +63,24 @@ class ServedHand:
         threading.Thread(target=self._hear, daemon=True).start()
 
     def _hear(self):
-        for line in self._process.stderr:
-            self._said.put(line.strip())
+        with suppress(ValueError):  # closed at the end
+            for line in self._process.stderr:
+                self._said.put(line.strip())
 
     def do(self, words):
         """Do something to it; return what is then shown."""
-        while not self._said.empty():
-            self._said.get()
-        self._process.stdin.write(f"{words}\n")
+        self._until_refused()  # what the hand has said since the last act
+        # A refusal is printed before what acts of the same turn show, so a second one comes after all of it.
+        return "; ".join((*self._until_refused(words), *self._until_refused()))
+
+    def _until_refused(self, *words):
+        """Type lines, then one that is refused; return what is shown until then."""
+        self._process.stdin.write("".join(f"{line}\n" for line in (*words, NO_ACT)))
         self._process.stdin.flush()
-        return self._said.get(timeout=SHOWN_S)
+        shown = []
+        while NO_ACT not in (line := self._said.get(timeout=SHOWN_S)):
+            shown.append(line)
+        return shown
 
 
 @contextmanager
@@ -86,12 +99,16 @@ def served(link, *options):
 
 
 def first_run(folder, link, *options):
-    """Validate the hand of a port; returns exit code and output."""
-    ran = subprocess.run(
-        [sys.executable, "-m", "aero_hil", "validate", "--hil", str(link), "--out", str(folder), *options],
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment(), check=False,
-    )  # fmt: skip
-    return ran.returncode, ran.stdout
+    """Validate the hand of a port, again where this computer was busy; returns exit code and output."""
+    code, said = Exit.HOST_BUSY, ""
+    for _ in range(TRIES):
+        if code == Exit.HOST_BUSY:
+            ran = subprocess.run(
+                [sys.executable, "-m", "aero_hil", "validate", "--hil", str(link), "--out", str(folder), *options],
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment(), check=False,
+            )  # fmt: skip
+            code, said = ran.returncode, ran.stdout
+    return code, said
 
 
 def diagnosed(folder, link, hand, *, named=""):
