@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import CABLES, Channel, Joint
 from firmware_emulator.plant import Drive
 from model.built import cable_name, shaft_name, winding
 from model.geometry.winding import SPOOL_RADIUS
 from model.parameters import BuiltHandParameters
-
-Floats = NDArray[np.float64]
 
 SHAFTS = len(Channel)
 UNBOUNDED = 1e6

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
+from aero.arrays import Floats
 from aero.channels import CABLES, OBSERVATION_ORDER, Channel, Joint
 from model.built import build_built, shaft_name
 from model.compiled_hand import CompiledHand
@@ -21,7 +22,11 @@ from model.geometry.winding import SPOOL_RADIUS
 from model.scene import CUBE, Cube, add_cube
 from model.units import Unit
 from train.hands import TIMESTEP_S, in_training
-from train.simulator import STATE_KIND, Floats, Simulator, add_sensors
+from train.simulator import (
+    STATE_KIND,
+    Simulator,
+    add_sensors,
+)
 from train.task import PHYSICS_STEP_S
 
 EXTRA = 3 * len(CABLES)

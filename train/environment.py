@@ -17,10 +17,16 @@ import mujoco
 import numpy as np
 
 from aero.actuation.arrays import Array
+from aero.arrays import Floats
 from aero.policy.task import ACTION_SIZE
 from train import actuation
 from train.randomise import Draws
-from train.simulator import Floats, Simulator, StopCheck, positions, velocities
+from train.simulator import (
+    Simulator,
+    StopCheck,
+    positions,
+    velocities,
+)
 from train.task import (
     SENSOR_COUNT,
     Episode,

@@ -12,13 +12,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from aero.arrays import Floats
 from aero.policy.settings import PolicySettings
 from model.compiled_hand import CompiledHand
 from model.scene import CUBE, any_cube, nearer, tail_cube
 from train import built, randomise
 from train.hands import draw_hand, draw_healthy, training_correction
 from train.recipe import TrainingStage
-from train.simulator import Floats, Simulator, StopCheck, build_scene, tip_geoms
+from train.simulator import (
+    Simulator,
+    StopCheck,
+    build_scene,
+    tip_geoms,
+)
 
 
 class StockedHand(NamedTuple):

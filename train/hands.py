@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import CABLES, Channel, Joint
 from aero.policy.running import typical_correction
 from aero.policy.settings import PolicySettings
@@ -18,7 +18,6 @@ from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit
 
 Bounds = tuple[float, float]
-Floats = NDArray[np.float64]
 
 
 def _per_joint(proximal: Floats, distal: Floats) -> Floats:

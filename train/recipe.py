@@ -11,11 +11,11 @@ from math import exp, inf
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.policy.settings import PAPER_TRAINING
 from train.actuation import BUS, IDEAL, SERVOS, ActuationRanges
 from train.hands import HANDS, HandRanges
 from train.randomise import SERVO_ROWS, RandomRow
-from train.simulator import Floats
 from train.task import (
     HARDLY_RAD_S,
     PAPER_RESET,

@@ -15,13 +15,13 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from aero.actuation.arrays import Array
+from aero.arrays import Floats
 from aero.channels import Channel
 from model.routed import build_routed
 from model.scene import CUBE, Cube, add_cube
 from train.actuation import STALL_FORCE
 from train.task import STATE_POSITIONS, STATE_VELOCITIES
 
-Floats = NDArray[np.float64]
 StopCheck = Callable[[], None]
 """Hook between two batches of physics; an exception from it ends the work."""
 STATE_KIND = mujoco.mjtState.mjSTATE_FULLPHYSICS

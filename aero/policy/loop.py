@@ -14,12 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.actuation.map import ActuationMap
+from aero.arrays import Floats
 from aero.clock import Clock, WallClock
 from aero.errors import AeroError
 from aero.hand import Hand
 from aero.policy.file import Policy
 from aero.policy.interface import History, Interface, cube_interface
-from aero.policy.running import Ending, Floats, Run, RunSettings, Step, slewed
+from aero.policy.running import (
+    Ending,
+    Run,
+    RunSettings,
+    Step,
+    slewed,
+)
 from aero.policy.task import CHANNELS
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError

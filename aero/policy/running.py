@@ -11,6 +11,7 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import Channel
 from aero.policy.settings import PolicySettings, checked_number
 from aero.policy.task import CHANNELS, ShownAction
@@ -47,9 +48,6 @@ def slewed(before: Floats, wanted: Floats, most: Floats) -> Floats:
     """Return `wanted` (7,), each channel clipped to `before` ± `most`, (7,) each."""
     step: Floats = np.clip(wanted - before, -most, most)
     return before + step
-
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero.arrays import Floats
 from aero.channels import Channel
 from aero.safety.stop import SafetyReason, Violation
 from aero.safety.thresholds import Thresholds
@@ -57,9 +58,6 @@ class Reading:
         The earlier sample is at most `telemetry_s` older than its request, the later one no newer than its reply.
         """
         return self.replied - earlier.asked + telemetry_s
-
-
-Floats = NDArray[np.float64]
 
 
 class Encoders:

@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from aero.arrays import Floats
 from aero.channels import Channel
 from aero.clock import Clock
 from aero.driver import AeroHand
@@ -20,7 +21,6 @@ from aero.safety.stop import SafetyReason, Violation
 from aero.safety.thresholds import Thresholds
 
 _LOG = logging.getLogger(__name__)
-Floats = NDArray[np.float64]
 ROUNDING_S = 1e-6
 """Tolerance of the comparison with `silent_s`, s, so that a time-out of exactly that length counts."""
 WORTH_SAYING_S = 0.03

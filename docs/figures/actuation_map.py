@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.actuation.coefficients import Coefficients, load_coefficients
+from aero.arrays import Floats
 from aero.channels import THUMB, Channel, Joint
 from aero.protocol import MAX_CODE
 from figures import Rows
@@ -31,8 +32,6 @@ from train.identification.map_identification import (
     joined,
     open_command,
 )
-
-Floats = NDArray[np.float64]
 
 WINDOWS = (
     ("pre to 0.1.5", "0.1.5", "unshifted", "always"),

@@ -10,11 +10,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from random import Random
 
+from aero.arrays import Floats
 from firmware_emulator.plant import Drive, Plant
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
 from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Part, Severity
 from hil.faults.motor import on_shaft
-from hil.faults.shaft_fault import Floats, ShaftFault
+from hil.faults.shaft_fault import (
+    ShaftFault,
+)
 
 ENCODER = FaultLayer.ENCODER
 ReadingChange = Callable[[float, float], float]

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from aero.arrays import Floats
 from firmware_emulator.plant import Drive, Plant
 from hil.faults.assembly import HandAssembly
 from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity, share
-from hil.faults.shaft_fault import Floats, ShaftFault
+from hil.faults.shaft_fault import (
+    ShaftFault,
+)
 from model.units import Unit
 
 MOTOR = FaultLayer.MOTOR

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from aero.arrays import Floats
 from firmware_emulator.plant import Drive, Plant, ShaftState
-
-Floats = NDArray[np.float64]
 
 
 class ShaftFault:

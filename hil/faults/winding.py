@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from aero.arrays import Floats
 from aero.channels import FINGERS, Channel
 from firmware_emulator.plant import Drive, Plant
 from hil.faults.fault import ALL, Fault, FaultLayer, Part
 from hil.faults.motor import on_shaft
-from hil.faults.shaft_fault import Floats, ShaftFault
+from hil.faults.shaft_fault import (
+    ShaftFault,
+)
 
 WINDING = FaultLayer.WINDING
 NEIGHBOUR = {

@@ -7,10 +7,16 @@ from contextlib import suppress
 
 import numpy as np
 
+from aero.arrays import Floats
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import map_of, require
-from hil.checks.shared.signals import CommandStep, Floats, closing_current, find_steps, in_force
+from hil.checks.shared.signals import (
+    CommandStep,
+    closing_current,
+    find_steps,
+    in_force,
+)
 from hil.checks.staircase.cable_loads import loads
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Recording

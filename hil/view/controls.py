@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 import viser
 
+from aero.arrays import Floats
 from aero.channels import Channel
 from hil.faults import CATALOGUE
 from hil.faults.fault import STEPS, FaultLayer
 from hil.view import panel
-from hil.view.frame import Floats
 
 PICKED = {name: fault for name, fault in CATALOGUE.items() if fault.later and fault.layer is not FaultLayer.HOST}
 """Faults of the menu: those that can begin on a running hand behind a port."""

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import Channel, Joint
 from model.geometry import Side
 
-Floats = NDArray[np.float64]
 Severity = Literal["info", "warning", "error"]
 
 

@@ -11,8 +11,8 @@ import viser
 from numpy.typing import NDArray
 
 from aero.actuation.window import COUNTS_PER_TURN
+from aero.arrays import Floats
 from aero.channels import Channel
-from hil.view.frame import Floats
 from model.appearance import CABLE_WIDTH
 from model.drawn_parts import DrawnPart, PosedHand
 from model.geometry import Side

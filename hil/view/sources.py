@@ -12,6 +12,7 @@ import numpy as np
 
 from aero.actuation import ActuationMap
 from aero.actuation.coefficients import SHIPPED
+from aero.arrays import Floats
 from aero.channels import JOINT_BOX_RAD, WIRE_ORDER, Channel, Joint
 from aero.driver import CURRENT_A_PER_UNIT
 from aero.protocol import FRAME_SIZE, MAX_CODE, Opcode, parse_reply, signed_values, unsigned_values
@@ -23,7 +24,10 @@ from hil.recordings.errors import UnusableFileError
 from hil.recordings.recording import Recording
 from hil.targets.target import GroundTruth, Target
 from hil.targets.wire_log import WireRecord
-from hil.view.frame import Floats, ViewFrame, unknown
+from hil.view.frame import (
+    ViewFrame,
+    unknown,
+)
 from model import BuiltHandPlant
 
 FRAMES_PER_S = 30.0

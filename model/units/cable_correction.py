@@ -12,9 +12,9 @@ from functools import lru_cache
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
+from aero.arrays import Floats
 from aero.channels import Channel, Joint
 from aero.policy.running import NO_CORRECTION, typical_correction
 from aero.policy.settings import PolicySettings
@@ -24,8 +24,6 @@ from model.compiled_hand import SHAFTS, CompiledHand
 from model.parameters import BuiltHandParameters
 from model.units import Unit, load_unit
 from model.units.plausible import unit_named
-
-Floats = NDArray[np.float64]
 
 ROUNDS = 6
 """Number of iterations; further ones do not reduce the error, because of stops and friction."""

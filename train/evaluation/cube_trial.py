@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.policy.file import Policy
 from aero.policy.loop import run_policy
 from aero.policy.running import Ending, Run, RunSettings, Step
@@ -16,7 +16,6 @@ from hil.targets.opening import open_target
 from hil.targets.target import GroundTruth
 from model.cube_plant import CubePlant, CubeWatch
 
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

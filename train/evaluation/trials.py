@@ -23,7 +23,8 @@ from hil.targets.hand_spec import HandSpec, Side
 from model.scene import CUBE, Cube, any_cube
 from model.units.cable_correction import NONE, TYPICAL, named_correction
 from model.units.plausible import PLAUSIBLE
-from train.evaluation.cube_trial import CubeTrial, Floats, run_trial
+from aero.arrays import Floats
+from train.evaluation.cube_trial import (CubeTrial, run_trial,)
 from train.share import CONFIDENCE, Share
 from train.task import HARDLY_RAD_S
 from train.workers import usable_cores, worker_processes

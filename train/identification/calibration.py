@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.firmware import DEFAULT_FIRMWARE
 from hil.recordings.errors import UnusableFileError
 from model.units import Unit
@@ -38,7 +39,6 @@ from train.identification.uncertainty import (
 from train.identification.unit_parameters import (
     FREE,
     KEPT,
-    Floats,
     Free,
     Residuals,
     UnitModel,

@@ -14,14 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import FINGERS, Channel
 from aero.errors import AeroError
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target
-
-Floats = NDArray[np.float64]
 
 PERIOD_S = 0.021
 """Frame period, s. It is not a multiple of the board's 10 ms telemetry period, so the readings have every age from 0 to

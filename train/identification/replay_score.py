@@ -12,10 +12,14 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from train.identification.search import NOISE_COUNTS, Found, pooled_rms, solved, spreads
 from train.identification.trace import CHANNELS, Trace
 from train.identification.trace_replay import ReplayedTrace
-from train.identification.unit_parameters import Floats, Residuals, UnitModel
+from train.identification.unit_parameters import (
+    Residuals,
+    UnitModel,
+)
 
 SAME_READ_S = 0.02
 """Largest difference of the times since the command for which readings of two runs are compared, s."""

@@ -15,7 +15,12 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import huber
 
-from train.identification.unit_parameters import Floats, Free, Residuals, UnitModel
+from aero.arrays import Floats
+from train.identification.unit_parameters import (
+    Free,
+    Residuals,
+    UnitModel,
+)
 
 Report = Callable[[str], None]
 

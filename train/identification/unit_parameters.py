@@ -11,8 +11,8 @@ from itertools import cycle, islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import CABLES, FINGERS, THUMB, Channel, Joint
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE
@@ -20,7 +20,6 @@ from model.units import Unit
 from train.identification.trace import Trace
 from train.identification.trace_replay import READ, replay
 
-Floats = NDArray[np.float64]
 Residuals = list[Floats]
 """Predicted minus recorded counts, (m, 7) per trace."""
 

@@ -13,14 +13,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import genpareto, lmoment
 
+from aero.arrays import Floats
 from hil.checks.shared.declaration import Check
 from hil.verdict.limits import Limit
 from train.limits.resolution import resolution
-
-Floats = NDArray[np.float64]
 
 FALSE_ALARMS = 0.004
 """Design probability that a healthy hand fails a whole validation."""

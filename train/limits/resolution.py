@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
+from aero.arrays import Floats
 from aero.channels import Channel
 from aero.driver import CURRENT_A_PER_UNIT
 from aero.protocol import MAX_CODE
@@ -23,7 +23,6 @@ from hil.checks.shared.signals import MILLI
 from hil.checks.staircase.check import Staircase
 from hil.checks.staircase.rise_time import MATCHED_FRACTION
 
-Floats = NDArray[np.float64]
 REGISTERS = {"A": CURRENT_A_PER_UNIT, "°C": 1.0, "of 40 steps": 1.0}
 """Resolution by unit: one digit of the servos' current or temperature register, or one step."""
 

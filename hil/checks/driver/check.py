@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import Channel
 from aero.firmware import firmware_of
 from firmware_emulator.firmware.frames import FRAME_SIZE, Opcode, reply, words_of
@@ -20,8 +20,6 @@ from hil.checks.driver.independent_map import MAP, codes_of_lengths, lengths_of_
 from hil.checks.shared.exchanges import Exchange, exchanges
 from hil.checks.shared.experiment import Measured
 from hil.recordings.recording import Recording, Series
-
-Floats = NDArray[np.float64]
 
 CURRENT_A = 6.5e-3
 """Current of one register unit, A, nominal. Source: maker's memory table of the HLS3606M."""

@@ -8,9 +8,8 @@ order. Equations and numbers: paper, chapter "Actuation Mapping"; further digits
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from aero.arrays import Floats
 
 MAP = "paper"
 """Name of these coefficients in a recording."""

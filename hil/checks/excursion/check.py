@@ -23,8 +23,6 @@ from hil.targets.target import Target
 from model import RoutedHand
 from model.geometry import Side
 
-Floats = NDArray[np.float64]
-
 HOLD_S = 0.9
 """Time at either end, s; a finger of firmware `pre` needs 0.7 s for its range."""
 REST_S = 0.2

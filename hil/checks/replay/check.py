@@ -8,8 +8,8 @@ rollout. Records the series of `follow`.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import Channel
 from aero.policy.settings import PAPER_TRAINING
 from hil.checks.shared.experiment import Measured, require
@@ -20,7 +20,6 @@ from hil.recordings.recording import Recording
 from hil.targets.target import Target
 from model import RoutedHand
 
-Floats = NDArray[np.float64]
 DURATION_S = 8.0
 SETTLE_S = 1.0
 """Time at the nominal pose before the actions, s."""

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE, Opcode
 from hil.checks.shared.experiment import Measured, require
@@ -19,8 +20,6 @@ from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording, Series
 from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
-
-Floats = NDArray[np.float64]
 
 NUDGES = 6
 NUDGE = 0.15

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.actuation import ActuationMap
+from aero.arrays import Floats
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.declaration import Metric
@@ -19,7 +20,6 @@ from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import DELAYS, Header, Recording
 from hil.targets.target import Target
 
-Floats = NDArray[np.float64]
 Measured = Mapping[str, Mapping[str, float]]
 """Values by subject (a channel's label, or `hand`) and metric; read with `reading`.
 

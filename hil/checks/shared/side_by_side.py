@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-import numpy as np
-from numpy.typing import NDArray
-
+from aero.arrays import Floats
 from aero.channels import Channel
 from hil.checks.shared.experiment import sample
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target
 from model import RoutedHand
-
-Floats = NDArray[np.float64]
-
 
 MODEL_STEP_S = 0.01
 """Time step of the routed hand and its trace, s."""

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import Channel
 from hil.recordings.recording import Series
-
-Floats = NDArray[np.float64]
 
 MILLI = 1e3
 """Factor from m and rad to the displayed mm and mrad."""

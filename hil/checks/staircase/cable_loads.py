@@ -9,14 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import CABLES, Channel
 from hil.checks.shared.signals import closing_current, find_steps
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Recording
-
-Floats = NDArray[np.float64]
 
 TAUT_A = 0.04
 """Threshold of the spring load, A; from it a cable counts as taut.

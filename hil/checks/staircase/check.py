@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero.arrays import Floats
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import Measured, map_of
@@ -29,7 +30,6 @@ from model import RoutedHand
 
 __all__ = ["FURTHEST", "Staircase", "details", "measure", "run", "run_staircase", "stream"]
 
-Floats = NDArray[np.float64]
 
 FULL: Mapping[Channel, float] = dict.fromkeys(Channel, 1.0)
 """Full range of every channel."""

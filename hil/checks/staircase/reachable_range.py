@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
+from aero.arrays import Floats
 from aero.channels import Channel
 from model import RoutedHand
-
-Floats = NDArray[np.float64]
 
 SWEEP_SETTLE_S = 2.0
 """Time for a simulated actuator to reach the end of its range, s."""

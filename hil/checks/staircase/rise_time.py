@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from hil.checks.shared.signals import CommandStep
 from hil.recordings.errors import CannotBeMeasuredError
-
-Floats = NDArray[np.float64]
 
 IN_TIME_S = 0.025
 """Threshold of the gap between two samples, s (1.25 periods of 20 ms); above it a rise is not measured.

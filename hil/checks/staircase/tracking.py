@@ -9,15 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import Channel
 from hil.checks.shared.experiment import Details, require
 from hil.checks.shared.signals import MILLI, CommandStep, at_times, find_steps, in_force, rms
 from hil.checks.staircase.rise_time import Response, median_rise, respond
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Recording
-
-Floats = NDArray[np.float64]
-
 
 Mask = NDArray[np.bool_]
 

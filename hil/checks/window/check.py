@@ -8,8 +8,8 @@ window's origin and, with firmware `main`, the servo's position; it changes noth
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from aero.arrays import Floats
 from aero.channels import CABLES, FINGERS, Channel
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import OPENED, SAMPLE_S, Measured, Sampler, map_of, one_closed
@@ -17,8 +17,6 @@ from hil.checks.shared.signals import closing_current
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
-
-Floats = NDArray[np.float64]
 
 WOUND = 0.35
 """Slow part of the winding, fraction of the window; a third of a finger's travel."""
