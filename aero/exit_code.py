@@ -1,7 +1,8 @@
-"""Exit codes; exceptions of this project carry theirs as `exit_code`."""
+"""Exit codes, which exceptions of this project carry as `exit_code`, and signals that stop a program."""
 
 from __future__ import annotations
 
+import signal
 from enum import IntEnum
 
 
@@ -26,3 +27,7 @@ class Exit(IntEnum):
     """Scheduling delays of this computer were too frequent for a verdict."""
     DEFECT = 70
     """Bug in this program."""
+
+
+STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals that stop a program; Windows lacks SIGHUP, a closed terminal."""

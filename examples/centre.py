@@ -9,8 +9,8 @@ import hil
 from aero.channels import Channel
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety.opening import move_slowly
+from aero.side import Side
 from hil.targets.target import Target
-from model.geometry import Side
 
 LABELS = tuple(channel.label for channel in Channel)
 WINDOW_S = 4.0

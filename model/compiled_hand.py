@@ -9,8 +9,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from aero.arrays import Floats
 from aero.channels import CABLES, Channel, Joint
+from aero.floats import Floats
 from firmware_emulator.plant import Drive
 from model.built import cable_name, shaft_name, winding
 from model.geometry.winding import SPOOL_RADIUS

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model.geometry import Side
+from aero.side import Side
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
 from model.scene import CUBE, CUBE_START, LOST_HEIGHT_M, SETTLING_S, Cube, add_cube

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel, Joint
+from aero.side import Side
 from model.appearance import BONE_RGBA, Rgba
-from model.geometry import Side
 from model.routed import TENDONS, build_routed
 from model.skeleton import COLLISION_GROUP, GUIDE_GROUP
 

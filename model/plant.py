@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from aero.channels import CABLES
 from aero.exit_code import Exit
+from aero.side import Side
 from firmware_emulator.plant import Drive, Plant, ShaftState
 from model.built import build_built
 from model.compiled_hand import SHAFTS, UNPOWERED, CompiledHand
-from model.geometry import Side
 from model.parameters import BuiltHandParameters
 
 TIME_RESOLUTION = 1e-9

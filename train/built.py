@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
-from aero.arrays import Floats
 from aero.channels import CABLES, OBSERVATION_ORDER, Channel, Joint
+from aero.floats import Floats
 from model.built import build_built, shaft_name
 from model.compiled_hand import CompiledHand
 from model.geometry.winding import SPOOL_RADIUS

@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 
 from aero.actuation.arrays import Array
-from aero.arrays import Floats
+from aero.floats import Floats
 from aero.policy.task import ACTION_SIZE
 from train import actuation
 from train.randomise import Draws

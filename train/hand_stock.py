@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from aero.policy.settings import PolicySettings
 from model.compiled_hand import CompiledHand
 from model.scene import CUBE, any_cube, nearer, tail_cube

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aero.arrays import Floats
 from aero.channels import CABLES, Channel, Joint
+from aero.floats import Floats
 from aero.policy.running import typical_correction
 from aero.policy.settings import PolicySettings
 from model.units import Unit, load_unit

@@ -11,7 +11,7 @@ from math import exp, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from aero.policy.settings import PAPER_TRAINING
 from train.actuation import BUS, IDEAL, SERVOS, ActuationRanges
 from train.hands import HANDS, HandRanges

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -16,6 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from aero.exit_code import STOPPING
 from aero.policy.file import Policy, save
 from aero.safety.interrupts import noted
 from train import randomise
@@ -52,8 +52,6 @@ from train.task import SENSOR_COUNT
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 Backend = Literal["native", "mjx"]
-STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Signals that end a run gracefully."""
 EPISODE_S = 15.0
 """Episode length of a checkpoint's measurement, s; as for the paper's figures."""
 EPOCH_STEPS = 20_000

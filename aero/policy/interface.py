@@ -33,9 +33,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.actuation.map import ActuationMap
-from aero.arrays import Floats
 from aero.channels import OBSERVATION_ORDER, Channel
 from aero.exit_code import Exit
+from aero.floats import Floats
 from aero.policy.settings import MOST_TARGET, PolicySettings, checked_number
 from aero.policy.task import ACTION_SIZE, CHANNELS, ShownAction
 from aero.regular_file import read_toml

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.actuation.map import ActuationMap
-from aero.arrays import Floats
 from aero.clock import Clock, WallClock
 from aero.errors import AeroError
+from aero.floats import Floats
 from aero.hand import Hand
 from aero.policy.file import Policy
 from aero.policy.interface import History, Interface, cube_interface

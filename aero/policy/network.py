@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
 
-Floats = NDArray[np.float32]
+Floats32 = NDArray[np.float32]
 
 NORMALISED_BOUND = 1e3
 """Saturation of observations against overflow, standard deviations from the mean; far beyond real observations."""
@@ -25,9 +25,9 @@ ACTION_BOUND = float(np.nextafter(np.float32(1), np.float32(0)))
 class Layer:
     """One affine layer."""
 
-    kernel: Floats
+    kernel: Floats32
     """Weights, (inputs, outputs)."""
-    bias: Floats
+    bias: Floats32
     """Offsets, (outputs,)."""
 
     def __post_init__(self) -> None:
@@ -42,9 +42,9 @@ class Network:
         ValueError: layers not chaining from 14 to 14, values not finite, or a standard deviation not positive.
     """
 
-    mean: Floats
+    mean: Floats32
     """Mean of the observations, (14,)."""
-    std: Floats
+    std: Floats32
     """Standard deviation of the observations, (14,), positive."""
     layers: tuple[Layer, ...]
     """All layers; the last one outputs 7 means, and 7 raw exploration scales that are ignored."""
@@ -67,7 +67,7 @@ class Network:
         if np.min(self.std) <= 0:
             raise ValueError("every standard deviation of the normaliser must be positive")
 
-    def act(self, observation: ArrayLike) -> Floats:
+    def act(self, observation: ArrayLike) -> Floats32:
         """Return the action for one observation or a batch.
 
         Args:
@@ -85,11 +85,13 @@ class Network:
         if not np.all(np.isfinite(x)):
             raise ValueError(f"an observation must be finite, got {x}")
         reach = NORMALISED_BOUND * self.std
-        hidden: Floats = ((np.clip(x, self.mean - reach, self.mean + reach) - self.mean) / self.std).astype(np.float32)
+        hidden: Floats32 = ((np.clip(x, self.mean - reach, self.mean + reach) - self.mean) / self.std).astype(
+            np.float32
+        )
         for layer in self.layers[:-1]:
             hidden = swish(hidden @ layer.kernel + layer.bias)
         head = hidden @ self.layers[-1].kernel + self.layers[-1].bias
-        action: Floats = np.clip(np.tanh(head[..., :ACTION_SIZE]), -ACTION_BOUND, ACTION_BOUND)
+        action: Floats32 = np.clip(np.tanh(head[..., :ACTION_SIZE]), -ACTION_BOUND, ACTION_BOUND)
         return action
 
 
@@ -101,8 +103,8 @@ def _freeze(holder: Layer | Network, *names: str) -> None:
         object.__setattr__(holder, name, array)
 
 
-def swish(x: Floats) -> Floats:
+def swish(x: Floats32) -> Floats32:
     """Return `x * sigmoid(x)`, written with tanh so that large values do not overflow."""
-    half: Floats = np.float32(0.5) * x
-    ramp: Floats = half + half * np.tanh(half)
+    half: Floats32 = np.float32(0.5) * x
+    ramp: Floats32 = half + half * np.tanh(half)
     return ramp

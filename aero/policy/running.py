@@ -11,8 +11,8 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
 from aero.policy.settings import PolicySettings, checked_number
 from aero.policy.task import CHANNELS, ShownAction
 

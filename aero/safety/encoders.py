@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
 from aero.safety.stop import SafetyReason, Violation
 from aero.safety.thresholds import Thresholds
 

@@ -8,10 +8,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
 
-_STOPPING = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
-)  # SIGHUP, a closed terminal, is unknown to Windows
-_UNWINDING = tuple(number for number in _STOPPING if number != signal.SIGINT)
+from aero.exit_code import STOPPING
+
+_UNWINDING = tuple(number for number in STOPPING if number != signal.SIGINT)
 
 
 @contextmanager
@@ -22,7 +21,7 @@ def uninterrupted() -> Iterator[None]:
     """
     caught: list[int] = []
     try:
-        with _handled(_STOPPING, caught.append):
+        with _handled(STOPPING, caught.append):
             yield
     finally:
         _deliver(list(dict.fromkeys(caught)))

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.arrays import Floats
 from aero.channels import Channel
 from aero.exit_code import Exit
+from aero.floats import Floats
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aero.arrays import Floats
 from aero.channels import Channel
 from aero.clock import Clock
 from aero.driver import AeroHand
 from aero.errors import AeroError
+from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from aero.safety.encoders import Debounce, Encoders, Reading
 from aero.safety.stop import SafetyReason, Violation

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.actuation.coefficients import Coefficients, load_coefficients
-from aero.arrays import Floats
 from aero.channels import THUMB, Channel, Joint
+from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from figures import Rows
 from model import RoutedHand

@@ -16,12 +16,12 @@ from typing import NamedTuple
 import click
 from owner import is_right, play
 
+from aero.side import Side
 from figures import ROOT, Rows
 from figures.strangers import FIFTH, FOURTH, THIRD
 from hil.faults import CATALOGUE
 from hil.faults.fault import Fault, Injection
 from hil.recordings.provenance import source_commit
-from model.geometry import Side
 
 DRAWN, HEALTHY = 40, 10
 SIDES: tuple[Side, ...] = ("right", "left")

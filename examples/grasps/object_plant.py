@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero.side import Side
 from model.built import build_built
-from model.geometry import Side
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
 

@@ -20,7 +20,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from aero.exit_code import Exit
+from aero.exit_code import STOPPING, Exit
 from aero.printable import printable
 from hil.cli.missing import is_ours, other_package
 from hil.cli.output import echo
@@ -40,8 +40,6 @@ INTERRUPTED = 130
 """Exit status of a shell after SIGINT."""
 TERMINATED = (129, 143)
 """Exit statuses of a shell after SIGHUP and SIGTERM."""
-STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Signals that stop a program; Windows lacks SIGHUP."""
 
 
 class Ended(click.ClickException):

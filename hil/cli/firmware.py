@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Literal
 
 import click
 
 from aero.exit_code import Exit
+from aero.side import Side
 from firmware_emulator.compare.run import BoardTrace, Contender, compare, contender
 from firmware_emulator.compare.sessions import MAKERS, Session, sessions
 from firmware_emulator.compare.trace_file import ENDING, Recorded, TraceFileError, read_traces, write_traces
@@ -73,7 +73,7 @@ def compare_command(
     *,
     first: str,
     second: str,
-    hand: Literal["right", "left"],
+    hand: Side,
     seed: int,
     only: tuple[str, ...],
     write: Path | None,

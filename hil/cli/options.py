@@ -16,10 +16,13 @@ from click.core import ParameterSource
 from aero.clock import WallClock
 from aero.exit_code import Exit
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
+from aero.side import Side
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.output import echo
 from hil.recordings.output import prepared_file
-from hil.targets.hand_spec import HandSpec, Side
+from hil.targets.hand_spec import (
+    HandSpec,
+)
 
 if TYPE_CHECKING:
     from hil.recordings.wire_file import WireFile

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from random import Random
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from firmware_emulator.plant import Drive, Plant
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
 from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Part, Severity

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from random import Random
 from typing import Protocol
 
+from firmware_emulator.bus import BITS
 from hil.faults.assembly import Active
 from hil.faults.fault import Fault, FaultLayer, Injection, Part, Severity, share
 from hil.faults.link_faults import Direction, LinkEffect, LinkFaults, Pieces
@@ -18,8 +19,6 @@ APART_S = 0.02
 """Delay of the second part of a cut piece, s."""
 OVERTAKEN_S = 0.05
 """Delay of a piece to be overtaken, s."""
-BITS = 10
-"""Bits per byte on a serial line, start and stop bits included."""
 BOOT_TEXT = b"ESP-ROM:esp32s3-20210327\r\nBuild:Mar 27 2021\r\nrst:0x1 (POWERON),boot:0x8\r\n"
 """Boot text of an ESP32-S3 ROM."""
 MEASUREMENTS = range(0x22, 0x26)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from firmware_emulator.plant import Drive, Plant
 from hil.faults.assembly import HandAssembly
 from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity, share

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from firmware_emulator.plant import Drive, Plant, ShaftState
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from aero.arrays import Floats
 from aero.channels import FINGERS, Channel
+from aero.floats import Floats
 from firmware_emulator.plant import Drive, Plant
 from hil.faults.fault import ALL, Fault, FaultLayer, Part
 from hil.faults.motor import on_shaft

@@ -31,11 +31,14 @@ from aero.actuation import CommandWindow
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
 from aero.whole_file import begin_file, whole
+from hil.faults.link_faults import Direction
 from hil.recordings.errors import UnusableFileError, writing
 from hil.recordings.mcap_chunks import ChunkWriter
 from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
 from hil.recordings.series_layout import conformed
-from hil.targets.wire_log import Direction, WireRecord
+from hil.targets.wire_log import (
+    WireRecord,
+)
 
 METADATA = "aero-hil"
 FOREIGN = "protobuf"

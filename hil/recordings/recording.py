@@ -16,10 +16,10 @@ from typing import Any, Literal, Self, get_args, get_type_hints
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero.side import Side
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.targets.delays import Delay, Loop
 from hil.targets.wire_log import WireRecord
-from model.geometry import Side
 
 Severity = Literal["info", "warning", "error"]
 
@@ -243,7 +243,7 @@ LARGEST = 1e15
 """Magnitude limit of any number in a header."""
 FARTHEST_S = 2**33
 """Limit of dates, s from 1970. Source: MCAP times, ns in 64 bits, end in the year 2554."""
-KINDS: dict[Any, tuple[Callable[[Any], bool], str]] = {
+TYPES: dict[Any, tuple[Callable[[Any], bool], str]] = {
     str: (_text, "a text"),
     int: (_whole, "a whole number from 0 on"),
     float: (lambda value: _number(value) and value >= 0.0, "seconds from 0 on"),
@@ -257,7 +257,7 @@ KINDS: dict[Any, tuple[Callable[[Any], bool], str]] = {
     Mapping[str, str]: (_table(_text), "texts by name"),
 }
 """Type of a `Header` field, to its validator and the text that describes valid values."""
-FIELD_KINDS = {name: KINDS[kind] for name, kind in get_type_hints(Header).items()} | {
+FIELD_KINDS = {name: TYPES[kind] for name, kind in get_type_hints(Header).items()} | {
     "started": (_date, "a date, ISO 8601")
 }
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self, get_args
+from typing import TYPE_CHECKING, Any, Self, get_args
 
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
+from aero.side import Side
 from hil.targets.hands_file import IN_SOFTWARE, fields_of
 
 if TYPE_CHECKING:
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from model.scene import Cube
     from model.units.conditions import Conditions
 
-Side = Literal["right", "left"]
 PHYSICAL = "physical"
 """Unit name of a physical hand."""
 

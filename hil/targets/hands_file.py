@@ -11,10 +11,11 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from aero.firmware import firmware_of
 from aero.regular_file import read_text
+from aero.side import Side
 from aero.whole_file import write_whole
 from aero_hil_toml import filled, meant, parsed
 
@@ -32,7 +33,7 @@ class HandEntry:
 
     port: str
     firmware: str | None = None
-    side: Literal["right", "left"] | None = None
+    side: Side | None = None
     twin: str | None = None
     baseline: str | None = None
     thresholds: dict[str, float] | None = None

@@ -17,6 +17,7 @@ from aero.exit_code import Exit
 from aero.firmware import firmware_of
 from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
+from aero.side import Side
 from firmware_emulator.hand import EmulatedHand
 from hil.faults.bench import HandBench
 from hil.faults.catalogue import parse_fault
@@ -27,7 +28,6 @@ from hil.targets.delays import DelayLog
 from hil.targets.hand_spec import hand_words
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
-from model.geometry import Side
 
 Capability = TypeVar("Capability")
 

@@ -18,7 +18,7 @@ from hil.recordings.output import json_text
 from hil.recordings.recording import Header
 from hil.targets.hand_spec import PHYSICAL
 from hil.verdict.case import DiagnosisCase, Done, Proposal
-from hil.verdict.failures import KINDS, LABELS, Failures
+from hil.verdict.failures import EVIDENCE, LABELS, Failures
 from hil.verdict.limits import Key
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import StepOutcome, steps
@@ -155,7 +155,7 @@ def case_of(table: Any) -> StoredCase:
 
 
 def _key(experiment: str, metric: str, subject: str) -> Key:
-    if (experiment, metric) not in KINDS or subject not in SUBJECTS:
+    if (experiment, metric) not in EVIDENCE or subject not in SUBJECTS:
         raise ValueError(f"unknown reading {experiment}/{metric} of {subject}")
     return experiment, metric, subject
 

@@ -34,7 +34,7 @@ STOPS = {
 ENDED = "ended"
 BY_CHANCE = {EvidenceKind.BYTES, EvidenceKind.TEXT, EvidenceKind.STALL, EvidenceKind.RESTART}
 """Evidence of chance events, which a second run of the same hand may miss."""
-KINDS: Mapping[tuple[str, str], EvidenceKind] = (
+EVIDENCE: Mapping[tuple[str, str], EvidenceKind] = (
     {
         (measuring.name, metric.name): metric.evidence
         for measuring in JUDGED.values()
@@ -89,7 +89,7 @@ class Failures:
     @property
     def measured(self) -> frozenset[tuple[str, EvidenceKind]]:
         """Subjects and kinds with a judged reading, or with the end of the run."""
-        return frozenset((key[2], KINDS[key[:2]]) for key in (*self.known, *self.off))
+        return frozenset((key[2], EVIDENCE[key[:2]]) for key in (*self.known, *self.off))
 
     def kinds(self, subject: str) -> frozenset[EvidenceKind]:
         """Return the kinds of evidence on a subject."""
@@ -110,4 +110,4 @@ class Failures:
         return replace(self, off={key: excess for key, excess in self.off.items() if key[0] in experiments})
 
     def _piece(self, key: Key) -> Piece:
-        return Piece(key[2], KINDS[key[:2]], self.off[key] > 0)
+        return Piece(key[2], EVIDENCE[key[:2]], self.off[key] > 0)

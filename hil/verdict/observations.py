@@ -7,8 +7,8 @@ from contextlib import suppress
 
 import numpy as np
 
-from aero.arrays import Floats
 from aero.channels import FINGERS, Channel
+from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import map_of, require
 from hil.checks.shared.signals import (
@@ -45,7 +45,7 @@ Recordings = Mapping[str, Recording]
 def observations(recordings: Recordings, channel: Channel) -> tuple[str, ...]:
     """Return the observations on a channel, sentences without a full stop."""
     found: list[str] = []
-    for kind in KINDS:
+    for kind in OBSERVERS:
         with suppress(CannotBeMeasuredError, KeyError):  # short runs lack some recordings
             found += kind(recordings, channel)
     return tuple(found)
@@ -129,7 +129,7 @@ def with_the_thumb_across(recordings: Recordings, channel: Channel) -> Iterator[
         yield f"it goes to {alone:.0f} % of its window, and with the thumb across to {across:.0f} % only"
 
 
-KINDS = (along_its_travel, per_turn, since_when, with_the_thumb_across)
+OBSERVERS = (along_its_travel, per_turn, since_when, with_the_thumb_across)
 
 
 def _smooth(levels: Floats) -> bool:

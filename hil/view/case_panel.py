@@ -7,9 +7,9 @@ from functools import partial
 
 import viser
 
+from aero.side import Side
 from hil.view import panel
 from hil.view.frame import ANSWER, STOP, Asked, CaseMessage, CaseStands, Moving, Told
-from model.geometry import Side
 
 LAST_TOLD = 4
 """Number of lines shown, the newest last."""

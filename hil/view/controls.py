@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 import viser
 
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
 from hil.faults import CATALOGUE
 from hil.faults.fault import STEPS, FaultLayer
 from hil.view import panel

@@ -5,15 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 
-from aero.arrays import Floats
 from aero.channels import Channel, Joint
-from model.geometry import Side
-
-Severity = Literal["info", "warning", "error"]
+from aero.floats import Floats
+from aero.side import Side
+from hil.recordings.recording import Severity
 
 
 def unknown(size: int = len(Channel)) -> Floats:

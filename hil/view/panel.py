@@ -10,12 +10,12 @@ from jinja2 import Environment, PackageLoader
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
+from aero.side import Side
 from hil.faults.catalogue import severities
 from hil.faults.fault import Fault
 from hil.view.frame import CaseStands, Heading, Moving, Note, Verdicts, ViewFrame
 from hil.view.scene import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
 from model.appearance import PULLEY_RGBA
-from model.geometry import Side
 
 TEMPLATES = Environment(
     loader=PackageLoader("hil.view"), autoescape=True, trim_blocks=True, lstrip_blocks=True, auto_reload=False

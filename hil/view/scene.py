@@ -11,11 +11,11 @@ import viser
 from numpy.typing import NDArray
 
 from aero.actuation.window import COUNTS_PER_TURN
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
+from aero.side import Side
 from model.appearance import CABLE_WIDTH
 from model.drawn_parts import DrawnPart, PosedHand
-from model.geometry import Side
 from model.geometry.winding import SPOOL_RADIUS
 
 Rgb = tuple[int, int, int]

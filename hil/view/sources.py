@@ -12,9 +12,9 @@ import numpy as np
 
 from aero.actuation import ActuationMap
 from aero.actuation.coefficients import SHIPPED
-from aero.arrays import Floats
 from aero.channels import JOINT_BOX_RAD, WIRE_ORDER, Channel, Joint
 from aero.driver import CURRENT_A_PER_UNIT
+from aero.floats import Floats
 from aero.protocol import FRAME_SIZE, MAX_CODE, Opcode, parse_reply, signed_values, unsigned_values
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
 from firmware_emulator.hand import EmulatedHand

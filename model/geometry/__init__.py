@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import fields, is_dataclass, replace
 from operator import mul
-from typing import Any, Literal
+from typing import Any
 
 from aero.channels import Joint
+from aero.side import Side
 from model.geometry import finger, thumb
 from model.geometry.elements import HandGeometry
 from model.geometry.palm import mount
-
-Side = Literal["right", "left"]
 
 # The left hand is a reflection of the right one, because a second table could differ from the first by mistake. The
 # plane is x-z of the mount, the symmetry plane between the two hands. Every frame is reflected along its own y: in all

@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 
 from aero.actuation import ActuationMap
-from aero.arrays import Floats
 from aero.channels import Channel, Joint
+from aero.floats import Floats
 from aero.policy.running import NO_CORRECTION, typical_correction
 from aero.policy.settings import PolicySettings
 from firmware_emulator.plant import Drive

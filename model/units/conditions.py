@@ -121,7 +121,7 @@ RANGES = (
         each=True,
     ),
 )
-KINDS = tuple(dict.fromkeys(span.kind for span in RANGES))
+CONDITIONS = tuple(dict.fromkeys(span.kind for span in RANGES))
 """Kinds of condition, in the order of `RANGES`."""
 NOMINAL_V = 6.0
 IDLE_RISE_C = 15.0
@@ -134,16 +134,16 @@ GREASE_PER_K = 0.01
 """Relative decrease of the gears' dry friction, per K (assumption: 20 % from 20 to 40 °C)."""
 
 
-def drawn(seed: int, kinds: Collection[str] = KINDS) -> Conditions:
+def drawn(seed: int, kinds: Collection[str] = CONDITIONS) -> Conditions:
     """Return random conditions of some kinds; the draw of a kind does not depend on the others.
 
     Raises:
         ValueError: a kind is unknown.
     """
-    if unknown := sorted(set(kinds) - set(KINDS)):
-        raise ValueError(f"there is no condition {', '.join(unknown)}; there are {', '.join(KINDS)}")
+    if unknown := sorted(set(kinds) - set(CONDITIONS)):
+        raise ValueError(f"there is no condition {', '.join(unknown)}; there are {', '.join(CONDITIONS)}")
     found: dict[str, Any] = {}
-    for kind in KINDS:
+    for kind in CONDITIONS:
         random = np.random.default_rng([seed, crc32(kind.encode())])
         values = {span.name: span.draw(random) for span in RANGES if span.kind == kind}
         found |= values if kind in kinds else {}

@@ -13,6 +13,7 @@ import numpy as np
 from aero.errors import AeroError
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.safety import SafetyStopError
+from aero.side import Side
 from hil.checks import DEFAULT
 from hil.faults import FaultNeverFiredError, parse_fault
 from hil.faults.board import RUNS
@@ -23,8 +24,7 @@ from hil.verdict.judged_run import Validation
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import FINISHED, EndKind
 from hil.verdict.validation import validate
-from model.geometry import Side
-from model.units.conditions import KINDS, drawn
+from model.units.conditions import CONDITIONS, drawn
 from model.units.plausible import PLAUSIBLE
 
 
@@ -178,7 +178,7 @@ def healthy_hands(
         conditions: kinds of initial condition of all hands; None for all kinds on half of the hands.
         sides: sides, in turn; the side alternates fastest.
     """
-    under = ((), KINDS) if conditions is None else (tuple(conditions),)
+    under = ((), CONDITIONS) if conditions is None else (tuple(conditions),)
     kinds = islice(cycle(product(under, (False, True), firmware, sides)), count)
     return [
         Trial(f"{PLAUSIBLE}{first + i}", side, version, first + i, guarded=guarded, conditions=found)

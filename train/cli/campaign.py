@@ -25,7 +25,7 @@ from hil.cli.terminal import console as new_console
 from hil.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
 from hil.recordings.provenance import source_commit
-from model.units.conditions import KINDS
+from model.units.conditions import CONDITIONS
 from train.campaign.store import NAME, Store, missing, opened
 from train.campaign.summary import flagged, render_campaign
 from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, healthy_hands, perform
@@ -59,7 +59,7 @@ def execution_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.command()
 @click.option("--healthy", type=click.IntRange(0, MOST), default=0, help="Number of healthy hands.")
 @click.option(
-    "--condition", "conditions", multiple=True, type=click.Choice(KINDS),
+    "--condition", "conditions", multiple=True, type=click.Choice(CONDITIONS),
     help="Initial condition of all healthy hands, repeatable; default: all kinds on half of the hands.",
 )  # fmt: skip
 @click.option(

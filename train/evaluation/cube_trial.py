@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from aero.policy.file import Policy
 from aero.policy.loop import run_policy
 from aero.policy.running import Ending, Run, RunSettings, Step

@@ -12,7 +12,7 @@ from aero.policy.settings import PolicySettings
 from aero.policy.task import CHANNELS, targets
 from model.scene import SETTLING_S
 from train import actuation
-from aero.arrays import Floats
+from aero.floats import Floats
 from train.simulator import (Simulator, StopCheck, positions, velocities,)
 from train.task import Task, begin, command, draw_starts, finish, observed, unpack
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.arrays import Floats
 from aero.firmware import DEFAULT_FIRMWARE
+from aero.floats import Floats
 from hil.recordings.errors import UnusableFileError
 from model.units import Unit
 from train.identification.replay_score import held_out

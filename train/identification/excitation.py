@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.arrays import Floats
 from aero.channels import FINGERS, Channel
 from aero.errors import AeroError
+from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
 from hil.recordings.recorder import Progress, Recorder, silent

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
 from aero.actuation.coefficients import Coefficients, load_coefficients
-from aero.arrays import Floats
 from aero.channels import FINGERS, THUMB, Channel, Joint
+from aero.floats import Floats
+from aero.side import Side
 from aero.whole_file import write_whole
 from hil.checks.staircase.reachable_range import calibrated_range
 from model import RoutedHand
-from model.geometry import Side
 
 FLEXION = (Joint.THUMB_CMC, Joint.THUMB_MCP, Joint.THUMB_IP)
 THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)

@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from train.identification.search import NOISE_COUNTS, Found, pooled_rms, solved, spreads
 from train.identification.trace import CHANNELS, Trace
 from train.identification.trace_replay import ReplayedTrace

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import huber
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from train.identification.unit_parameters import (
     Free,
     Residuals,

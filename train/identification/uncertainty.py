@@ -8,7 +8,7 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from aero_hil_toml import filled, parsed
 from train.identification.search import NOISE_COUNTS, OUTLIER_COUNTS
 from train.identification.unit_parameters import (

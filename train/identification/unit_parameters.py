@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from aero.arrays import Floats
 from aero.channels import CABLES, FINGERS, THUMB, Channel, Joint
 from aero.firmware import DEFAULT_FIRMWARE
+from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from model.units import Unit
 from train.identification.trace import Trace

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import genpareto, lmoment
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from hil.checks.shared.declaration import Check
 from hil.verdict.limits import Limit
 from train.limits.resolution import resolution

@@ -11,9 +11,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from aero.actuation import ActuationMap
-from aero.arrays import Floats
 from aero.channels import Channel
 from aero.driver import CURRENT_A_PER_UNIT
+from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from hil.checks import EXPERIMENTS, JUDGED
 from hil.checks.audit.check import NUDGE

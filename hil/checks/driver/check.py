@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from aero.arrays import Floats
 from aero.channels import Channel
 from aero.firmware import firmware_of
+from aero.floats import Floats
 from firmware_emulator.firmware.frames import FRAME_SIZE, Opcode, reply, words_of
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
 from hil.checks.driver.independent_map import MAP, codes_of_lengths, lengths_of_codes

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aero.arrays import Floats
+from aero.floats import Floats
 
 MAP = "paper"
 """Name of these coefficients in a recording."""

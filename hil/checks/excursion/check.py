@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from aero.actuation import ActuationMap
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
+from aero.side import Side
 from hil.checks.shared.experiment import OPENED, Measured, Sampler, last_before, map_of, one_closed, require
 from hil.checks.shared.signals import MILLI, closing_current, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 from model import RoutedHand
-from model.geometry import Side
 
 HOLD_S = 0.9
 """Time at either end, s; a finger of firmware `pre` needs 0.7 s for its range."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
 from aero.policy.settings import PAPER_TRAINING
 from hil.checks.shared.experiment import Measured, require
 from hil.checks.shared.side_by_side import follow

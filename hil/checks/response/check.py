@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.arrays import Floats
 from aero.channels import FINGERS, Channel
+from aero.floats import Floats
 from aero.protocol import MAX_CODE, Opcode
 from hil.checks.shared.experiment import Measured, require
 from hil.checks.shared.signals import CommandStep, find_steps, in_force

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aero.actuation import ActuationMap
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from hil.checks.shared.declaration import Metric
 from hil.recordings.errors import CannotBeMeasuredError

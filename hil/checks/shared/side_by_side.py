@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
 from hil.checks.shared.experiment import sample
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target

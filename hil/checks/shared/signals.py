@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
+from aero.side import Side
 from hil.recordings.recording import Series
 
 MILLI = 1e3
@@ -85,7 +85,7 @@ def own_stretch(steps: Iterable[CommandStep], channel: int) -> tuple[float, floa
 # them. Every servo of a right hand except the flexor's closes its channel by turning towards lower counts; a left hand
 # is mirrored. A positive current pulls towards lower counts. Source: mounting of the servos (`aero-open-firmware`
 # d7bd82e) and the public logs of June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e).
-def closing_current(currents: Floats, side: Literal["right", "left"]) -> Floats:
+def closing_current(currents: Floats, side: Side) -> Floats:
     """Return currents with the sign of their effect: positive closes the channel.
 
     Args:

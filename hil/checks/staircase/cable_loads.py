@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aero.arrays import Floats
 from aero.channels import CABLES, Channel
+from aero.floats import Floats
 from hil.checks.shared.signals import closing_current, find_steps
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Recording

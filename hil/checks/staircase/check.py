@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import Measured, map_of
 from hil.checks.shared.side_by_side import MODEL_STEP_S, follow

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from aero.actuation import ActuationMap
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
 from model import RoutedHand
 
 SWEEP_SETTLE_S = 2.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aero.arrays import Floats
+from aero.floats import Floats
 from hil.checks.shared.signals import CommandStep
 from hil.recordings.errors import CannotBeMeasuredError
 

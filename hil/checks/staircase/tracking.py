@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aero.arrays import Floats
 from aero.channels import Channel
+from aero.floats import Floats
 from hil.checks.shared.experiment import Details, require
 from hil.checks.shared.signals import MILLI, CommandStep, at_times, find_steps, in_force, rms
 from hil.checks.staircase.rise_time import Response, median_rise, respond

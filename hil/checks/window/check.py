@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aero.arrays import Floats
 from aero.channels import CABLES, FINGERS, Channel
+from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import OPENED, SAMPLE_S, Measured, Sampler, map_of, one_closed
 from hil.checks.shared.signals import closing_current

@@ -11,7 +11,7 @@ from aero.errors import LinkTimeoutError
 from aero.safety import SafetyReason, SafetyStopError
 from hil.checks import JUDGED
 from hil.checks.shared.declaration import EvidenceKind
-from hil.verdict.failures import KINDS, Failures
+from hil.verdict.failures import EVIDENCE, Failures
 from hil.verdict.judge import Judge
 from hil.verdict.limits import load_limits
 from hil.verdict.parts import Part, Suspect
@@ -160,7 +160,7 @@ OFF = st.dictionaries(st.sampled_from(KEYS), EXCESS, min_size=1, max_size=12)
 @given(OFF)
 def test_every_failure_leaves_suspects_and_none_is_strong_and_weak(off):
     found = isolate(RunSigns(Failures(off), FINISHED))
-    judged = {kind for key in off if (kind := KINDS[key[:2]]) is not EvidenceKind.SEEN}
+    judged = {kind for key in off if (kind := EVIDENCE[key[:2]]) is not EvidenceKind.SEEN}
     assert found.group or not judged
     assert found.strong.isdisjoint(found.weak)
     assert all(clue.strong <= found.strong for clue in found.clues)
@@ -170,7 +170,7 @@ def test_every_failure_leaves_suspects_and_none_is_strong_and_weak(off):
 def test_one_metric_more_of_the_same_cause_leaves_the_same_suspects(off, data):
     """A hot servo was 0.85 of all suspicion, and 0.68 with one more metric of its heat."""
     key = data.draw(st.sampled_from(sorted(off)))
-    alike = [one for one in KEYS if KINDS[one[:2]] is KINDS[key[:2]] and one[2] == key[2] and one not in off]
+    alike = [one for one in KEYS if EVIDENCE[one[:2]] is EVIDENCE[key[:2]] and one[2] == key[2] and one not in off]
     if not alike:
         return
     more = {data.draw(st.sampled_from(alike)): off[key]}

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from model import BuiltHandParameters
 from model.built import build_built
 from model.units import load_unit
-from model.units.conditions import KINDS, Conditions, drawn
+from model.units.conditions import CONDITIONS, Conditions, drawn
 
 SEEDS = st.integers(0, 2**31)
 REFERENCE = load_unit("reference")
@@ -31,7 +31,7 @@ def test_conditions_are_drawn_within_their_ranges(seed):
     assert 10.0 <= servos.start_temperature_c <= 45.0
 
 
-@given(SEEDS, st.sets(st.sampled_from(KINDS)))
+@given(SEEDS, st.sets(st.sampled_from(CONDITIONS)))
 def test_a_kind_is_drawn_alike_alone_and_with_others(seed, kinds):
     together, some, nothing = drawn(seed), drawn(seed, kinds), Conditions()
     fields = {
@@ -42,7 +42,7 @@ def test_a_kind_is_drawn_alike_alone_and_with_others(seed, kinds):
         "settings": ("torque", "speed"),
         "tension": ("pretension_m",),
     }
-    assert fields.keys() == set(KINDS)
+    assert fields.keys() == set(CONDITIONS)
     for kind, names in fields.items():
         source = together if kind in kinds else nothing
         assert [getattr(some, name) for name in names] == [getattr(source, name) for name in names]

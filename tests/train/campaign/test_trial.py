@@ -6,7 +6,7 @@ from functools import cache
 from hypothesis import given
 from hypothesis import strategies as st
 
-from model.units.conditions import KINDS
+from model.units.conditions import CONDITIONS
 from train.campaign.trial import STOPPED_EARLY, Trial, faulty_hands, healthy_hands, perform
 
 TRIAL = Trial("plausible:5", seed=5, experiments=("presence", "audit"))
@@ -59,7 +59,7 @@ def test_conditions_are_part_of_a_trial_and_accuse_nobody():
 def test_half_of_the_healthy_hands_are_found_under_conditions_and_no_faulty_one(first, eights):
     hands = healthy_hands(first, 8 * eights)
     assert abs(sum(bool(hand.conditions) for hand in hands) - 4 * eights) <= 4
-    assert all(hand.conditions in {(), KINDS} for hand in hands)
+    assert all(hand.conditions in {(), CONDITIONS} for hand in hands)
     assert {hand.conditions for hand in healthy_hands(first, 8, conditions=("gravity",))} == {("gravity",)}
     assert {hand.conditions for hand in faulty_hands(["motor_dead"], first, 16)} == {()}
 

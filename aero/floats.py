@@ -1,4 +1,4 @@
-"""Types of arrays."""
+"""Array of floats, the type of most quantities."""
 
 from __future__ import annotations
 

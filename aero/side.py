@@ -1,0 +1,5 @@
+"""Side of a hand."""
+
+from typing import Literal
+
+Side = Literal["right", "left"]
