@@ -316,7 +316,7 @@ STEADY = Recipe(
             steps=4_400_000,
             healthy=True,
             typical=True,
-            hands=replace(HANDS, correction_error_m=0.001),
+            hands=replace(HANDS, correction_error_m=0.0),
             rewarded=RewardSettings(Weights(pushed=-2.0)),
             action_rate=Ramp(-0.1, -0.2, 1_000_000),
             redraw=Redraw(every=20, hands=40),
