@@ -1,4 +1,4 @@
-"""TOML tables as frozen dataclasses: types, ranges and unknown keys are checked, with one line for each mistake.
+"""Conversion of TOML tables to frozen dataclasses: checks types, ranges and unknown keys, with a one-line error.
 
 `aero` reads its own files without this module, so that driving a hand needs NumPy and pyserial only.
 """
@@ -21,7 +21,7 @@ PLAIN = {
     "`str`": "text",
     "Object missing required field": "missing key",
 }
-"""Words of msgspec, to those of TOML."""
+"""Type names of msgspec, to those of TOML."""
 
 
 def parsed(text: str, where: str) -> dict[str, Any]:
@@ -60,7 +60,7 @@ def filled(kind: type[T], table: Any, where: str) -> T:
 
 
 def meant(name: str, known: Iterable[str]) -> str:
-    """Return the question whether a similar known name was meant, or "" if none is similar."""
+    """Return a question that suggests a similar known name, or "" if none is similar."""
     close = get_close_matches(name, list(known), 1)
     return f"did you mean `{close[0]}`? " if close else ""
 

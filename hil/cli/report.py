@@ -108,11 +108,11 @@ def _print_beside(made: Mapping[Path, Recording], others: Sequence[Path]) -> Non
 
 
 def _links(made: Mapping[Path, Recording], out: Path) -> dict[str, str]:
-    """Return the path of each recording that is still there relative to the page, by experiment."""
+    """Return the path of each existing recording relative to the page, by experiment."""
     # Both paths are resolved, because a relative path through a symbolic link would lead to another folder.
     folder = out.parent.resolve()
     return {
         recording.header.experiment: Path(os.path.relpath(path.resolve(), folder)).as_posix()
         for path, recording in made.items()
-        if path.exists()  # those of a bundle were temporary
+        if path.exists()  # recordings of a bundle were temporary
     }

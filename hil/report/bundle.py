@@ -36,7 +36,7 @@ FORMAT = 1
 MOST_BYTES = 2**30
 """Limit of the unpacked size of a bundle, bytes; a run of 200 s has 10 MB."""
 HOMES = re.compile(r"(?:[A-Za-z]:)?[/\\]+(?:home|Users)[/\\]+[^/\\\s'\",;:]+")
-"""Pattern of anybody's home folder, such as that of the operator on another computer."""
+"""Pattern of any home folder, such as that of the operator on another computer."""
 FREE_TEXT = {"note", "answers", "hand_id", "unit", "target", "command"}
 """Keys of a case whose texts are not from a fixed vocabulary."""
 DAMAGED = (BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, ValueError)

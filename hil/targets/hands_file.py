@@ -29,7 +29,7 @@ PORT = re.compile(r"[/\\]|://|^COM\d+$", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class HandEntry:
-    """Table of a hand; None for a key that it lacks."""
+    """Table of a hand; None for a missing key."""
 
     port: str
     firmware: str | None = None

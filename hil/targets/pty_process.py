@@ -1,4 +1,4 @@
-"""A hand that a child process serves, for the target `pty`."""
+"""Emulated hand in a child process, for the target `pty`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An emulated hand on a pseudo-terminal, in real time: of `aero-hil emulate`, and as a child process for `pty`.
+"""Emulated hand on a pseudo-terminal in real time, for `aero-hil emulate` and, as a child process, for `pty`.
 
 The child takes acts on standard input, and prints lines that begin with the words below.
 """

@@ -1,9 +1,8 @@
-"""Search for the numbers that predict traces best.
+"""Fit of a unit's free numbers to traces.
 
-Gauss-Newton in a trust region, alternating with what belongs to a recording and not to the hand: where its
-readings lie on the grid of the board's telemetry. Slopes are what costs, so several steps are taken with the same ones.
-What is searched for is held near the start by a stated spread, so that a number which the traces do not tell stays
-where it was.
+Gauss-Newton in a trust region, alternating with a search for each recording's phase on the grid of the board's
+telemetry. Slopes need most of the replays, so several steps share them. A Gaussian prior around the start keeps numbers
+that the traces do not determine near their initial values.
 """
 
 from __future__ import annotations
@@ -25,41 +24,40 @@ from train.identification.unit_parameters import (
 Report = Callable[[str], None]
 
 NOISE_COUNTS = 5.0
-"""How far a good prediction of a physical hand misses a reading, counts rms; readings weigh at least so much against
-`Free.spread`."""
+"""Upper bound of the assumed noise of a reading, counts rms: that of a good prediction of a physical hand."""
 QUIETEST_COUNTS = 1.0
-"""How far at least: a prediction that misses by less is not believed more, counts rms."""
+"""Lower bound of the assumed noise of a reading, counts rms."""
 ROUNDED_COUNTS = 1.0
-"""Change of a reading in whole counts that no number need have made."""
+"""Change of a reading that may be due to rounding, counts."""
 NEAR = 4
-"""Share of the grid of phases by which those of a coarser model are off at most."""
+"""Divisor of the phase grid's step: bound of the phase error of a coarser fit."""
 EVALUATIONS = 5
-"""Predictions at most by the same slopes; the first one is known already."""
+"""Limit of predictions with equal slopes; the first one is already known."""
 WORTH_A_STEP = 0.05
-"""Relative gain of a step that is worth another with the same slopes."""
+"""Threshold of a step's relative gain; below it no further step is taken with equal slopes."""
 CONVERGED = 0.02
-"""Relative gain of an iteration that is not worth another."""
+"""Threshold of an iteration's relative gain; below it the search ends."""
 OUTLIER_COUNTS = 40.0
-"""Residuals count linearly from here on (collisions, late reads), counts."""
+"""Threshold of a residual, counts; above it the loss is linear (collisions, late reads)."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found."""
+    """Result of a search."""
 
     x: Floats
-    """(p,) the free numbers."""
+    """Free numbers, (p,)."""
     phases_s: tuple[float, ...]
-    """Where each recording lies on the telemetry grid."""
+    """Phase of each recording on the telemetry grid, s."""
     residuals: Residuals
-    """With these numbers and phases."""
+    """Residuals with these numbers and phases."""
     slopes: list[Floats]
-    """Per trace (m, 7, p), change of the residuals with the free numbers, where the last iteration began; empty when it
-    was interrupted before."""
+    """Derivative of the residuals, (m, 7, p) per trace, at the start of the last iteration; empty after an early
+    interruption."""
     gain: float = 0.0
     """Relative gain of the last iteration."""
     interrupted: BaseException | None = None
-    """Ctrl-C or a termination that came; the numbers are the best until then."""
+    """Exception that interrupted the search, or None; the numbers are the best until then."""
 
 
 def search(
@@ -70,15 +68,15 @@ def search(
     worth: float = CONVERGED,
     report: Report = lambda _line: None,
 ) -> Found:
-    """Return the free numbers that predict the traces of a model best, and the slopes on the way there.
+    """Return the free numbers and phases of the best prediction, with the last slopes.
 
-    Ctrl-C and a termination (`SystemExit`) end the search with the best numbers so far, once there are any.
+    After the first prediction, KeyboardInterrupt and SystemExit end the search with the best numbers so far.
 
     Args:
-        model: what predicts.
-        begin: numbers and phases that a coarser model of the same traces found; the start and any phase when None.
-        iterations: at most so many Jacobians.
-        worth: relative gain of an iteration that is worth another.
+        model: unit and traces.
+        begin: result of a coarser search; None to start at zero with all phases of the grid.
+        iterations: limit of Jacobians.
+        worth: threshold of an iteration's relative gain; below it the search ends.
         report: called with lines of progress.
     """
     n, grid, far = len(model.traces), model.phases_s, begin is None
@@ -94,7 +92,7 @@ def search(
             found = replace(found, slopes=find_slopes(model, found.x, found.phases_s, found.residuals))
             found = _descended(model, found, noise)
             if far:
-                # Far from the numbers the best phase may be another one.
+                # With inaccurate numbers, another phase of the grid may be the best.
                 found = _rephased(model, found, [[phase] * n for phase in grid])
                 far = found.phases_s != settled
             if not far:
@@ -110,7 +108,7 @@ def search(
 
 
 def _descended(model: UnitModel, found: Found, noise: float) -> Found:
-    """Return what is found some steps further with the same slopes, or the same when no step lowers the cost."""
+    """Return the result after some steps with equal slopes, unchanged if no step lowers the cost."""
     tried = {found.x.tobytes(): found.residuals}
 
     def residuals(x: Floats) -> Residuals:
@@ -125,14 +123,14 @@ def _descended(model: UnitModel, found: Found, noise: float) -> Found:
 def solved(
     residuals: Callable[[Floats], Residuals], slopes: Sequence[Floats], x: Floats, spread: Floats, noise: float
 ) -> Floats:
-    """Return the numbers, (p,), of least cost within `EVALUATIONS` of `residuals`, by the same slopes throughout.
+    """Return the numbers, (p,), of least cost within `EVALUATIONS` calls of `residuals`, with constant slopes.
 
     Args:
-        residuals: per trace, of numbers.
-        slopes: per trace (m, 7, p), at `x`.
-        x: where the search starts; a trust region of one spread around it grows or shrinks.
-        spread: of the free numbers, (p,); `x` is held near zero by it.
-        noise: what residuals are held against, counts.
+        residuals: returns the residuals of each trace for given numbers.
+        slopes: slopes at `x`, (m, 7, p) per trace.
+        x: start; the initial trust region around it has a radius of one spread.
+        spread: standard deviation of the prior around zero, (p,).
+        noise: assumed noise of a reading, counts.
     """
 
     def weighed(step: Floats) -> Floats:
@@ -149,7 +147,7 @@ def solved(
         weighed,
         np.zeros(len(x)),
         jac=slope,
-        method="dogbox",  # bounds each number's step, as a box; `trf` bounds the norm of all of them
+        method="dogbox",  # bounds the step of each number, whereas `trf` bounds their norm
         loss="huber",
         f_scale=OUTLIER_COUNTS / noise,
         ftol=WORTH_A_STEP,
@@ -161,7 +159,7 @@ def solved(
 
 
 def _rephased(model: UnitModel, found: Found, phases_s: Sequence[Sequence[float]]) -> Found:
-    """Return the same numbers with each trace on that one of some phases, (phases, traces), that suits it better."""
+    """Return the result with a better phase for each trace, among candidates `phases_s` (phases, traces)."""
     best = _best_phased(model, found.x, phases_s)
     nearer = [_cost(there) < _cost(here) for there, here in zip(best.residuals, found.residuals, strict=True)]
     return replace(
@@ -175,7 +173,7 @@ def _rephased(model: UnitModel, found: Found, phases_s: Sequence[Sequence[float]
 
 
 def find_slopes(model: UnitModel, x: Floats, phases_s: Sequence[float], residuals: Residuals) -> list[Floats]:
-    """Return the slopes of the residuals at `x` by one-sided differences, one prediction for each slope group."""
+    """Return the slopes of the residuals at `x` by one-sided differences, one prediction per slope group."""
     free, groups = model.free, slope_groups(model.free)
     slopes = [np.zeros((*r.shape, len(free))) for r in residuals]
     tried = np.tile(x, (len(groups), 1))
@@ -191,22 +189,22 @@ def find_slopes(model: UnitModel, x: Floats, phases_s: Sequence[float], residual
 
 
 def without_rounding(slopes: Sequence[Floats], free: Sequence[Free]) -> list[Floats]:
-    """Return slopes less those of readings that changed by one whole count, for the intervals.
+    """Return the slopes with those from a change by one count set to zero, for the intervals.
 
-    Rounding makes thousands of these for a number that moves no reading, and they would pass for what readings tell of
-    it. The search keeps them: where a number moves readings a little, they are right on average.
+    For a number without effect, rounding makes thousands of such changes, which would look like information. The search
+    itself keeps them, because they are right on average for a number with a small effect.
     """
     moved = np.array([number.step * number.spread for number in free])
     return [np.where(np.isclose(np.abs(slope * moved), ROUNDED_COUNTS), 0.0, slope) for slope in slopes]
 
 
 def rounds(model: UnitModel, x: Iterable[Floats], phases_s: Iterable[Sequence[float]]) -> list[Residuals]:
-    """Return the residuals of several predictions of all traces, made at once.
+    """Return the residuals of several predictions of all traces, computed in one batch.
 
     Args:
-        model: what predicts.
-        x: free numbers (p,) of each prediction, the same for all traces.
-        phases_s: phases of the traces in each prediction.
+        model: unit and traces.
+        x: free numbers (p,) of each prediction.
+        phases_s: phases of all traces in each prediction.
     """
     n = len(model.traces)
     missed = model.residuals([one for one in x for _ in range(n)], [phase for one in phases_s for phase in one])
@@ -214,7 +212,7 @@ def rounds(model: UnitModel, x: Iterable[Floats], phases_s: Iterable[Sequence[fl
 
 
 def slope_groups(free: Sequence[Free]) -> tuple[tuple[int, ...], ...]:
-    """Return sets of rows that no channel feels two of: one prediction gives the slopes of a whole set."""
+    """Return sets of free numbers without common channels, so that one prediction gives the slopes of a set."""
     groups: list[list[int]] = []
     for row, number in enumerate(free):
         for group in groups:
@@ -238,12 +236,12 @@ def pooled_rms(residuals: Iterable[Floats]) -> float:
 
 
 def noise_counts(residuals: Residuals) -> float:
-    """Return how far a prediction is believed to miss a reading, counts rms: as far as this one does, within bounds."""
+    """Return the assumed noise of a reading, counts rms: that of these residuals, within bounds."""
     return float(np.clip(pooled_rms(residuals), QUIETEST_COUNTS, NOISE_COUNTS))
 
 
 def _best_phased(model: UnitModel, x: Floats, phases_s: Sequence[Sequence[float]]) -> Found:
-    """Return some numbers with each trace on that one of its phases, (phases, traces), that suits it best."""
+    """Return the result for `x` with the best phase of each trace, among candidates `phases_s` (phases, traces)."""
     missed = rounds(model, [x] * len(phases_s), phases_s)
     best = np.argmin([[_cost(r) for r in one] for one in missed], axis=0).tolist()
     phases = tuple(phases_s[row][trace] for trace, row in enumerate(best))
@@ -251,7 +249,7 @@ def _best_phased(model: UnitModel, x: Floats, phases_s: Sequence[Sequence[float]
 
 
 def _cost(residual: Floats) -> float:
-    """Huber's loss: squares up to `OUTLIER_COUNTS`, then straight on."""
+    """Return Huber's loss: quadratic up to `OUTLIER_COUNTS`, then linear."""
     return 2.0 * float(np.sum(huber(OUTLIER_COUNTS, residual)))
 
 
