@@ -1,4 +1,4 @@
-"""A checkpoint as a training run writes it, and what it measures one by."""
+"""Checkpoint of a training run, and the evaluation of its policy."""
 
 import numpy as np
 
@@ -30,4 +30,4 @@ EPISODES = Episodes(
     airborne=np.array([0.0, 0.3]),
     travel_per_s=np.full((2, 7), 0.01),
 )
-"""Two episodes; the second loses its cube, which bounces."""
+"""Results of two episodes; in the second the cube bounces and is lost."""

@@ -1,4 +1,4 @@
-"""Every reader of files that people bring, a good file for each, and ways to damage it."""
+"""Readers of user-supplied files, a valid file for each, and ways to damage it."""
 
 import json
 import pickle
@@ -59,7 +59,7 @@ def write_baseline(path: Path) -> None:
 
 
 class Statistics:
-    """Stands in for Brax's, under whose name it is written."""
+    """Substitute for Brax's class, pickled under the name of that class."""
 
     def __init__(self) -> None:
         self.mean, self.std = np.zeros(14, np.float32), np.ones(14, np.float32)
@@ -78,15 +78,15 @@ def copied(source: str) -> Callable[[Path], None]:
 
 @dataclass(frozen=True)
 class Reader:
-    """One of them."""
+    """Reader of one kind of file."""
 
     name: str
-    """Of the file."""
+    """File name."""
     write: Callable[[Path], None]
-    """Makes a good one."""
+    """Writes a valid file."""
     read: Callable[[Path], object]
     declared: type[Exception] = ValueError
-    """What it raises about a damaged file."""
+    """Declared exceptions for a damaged file."""
 
 
 def write_hands(path):
@@ -106,12 +106,12 @@ READERS = (
     Reader("checkpoint.pkl", write_checkpoint, lambda path: convert(path, PAPER_TRAINING), CheckpointError),
 )
 CORPUS = Path(__file__).parents[1] / "corpus"
-"""Damaged files that once were not answered as declared, `READER.NAME`."""
+"""Damaged files that once raised undeclared exceptions, `READER.NAME`."""
 TELLING = (b"\0" * 8, b"\xff" * 8, b"nan", b"1e999", b"-1", b"{", b"[" * 2000, b'"', b"\\u0000", b"null", b"true", b"0")
 
 
 def damaged(content: bytes, seed: int) -> bytes:
-    """Return some bytes with one to four damages: flipped bits, a cut, a gap, bytes twice, or telling bytes put in."""
+    """Return bytes with one to four damages: flipped bits, truncation, a gap, repeated or inserted special bytes."""
     random = np.random.default_rng(seed)
     data = bytearray(content)
     for _ in range(random.integers(1, 5)):
@@ -134,7 +134,7 @@ def damaged(content: bytes, seed: int) -> bytes:
 
 
 def answered(reader: Reader, content: bytes, folder: Path) -> bool:
-    """Let a reader read a file of this content; return whether it was refused, as declared and with its name."""
+    """Let a reader read this content; return whether it was refused, with a declared exception that names the file."""
     path = folder / reader.name
     path.write_bytes(content)
     try:

@@ -1,4 +1,4 @@
-"""Mistakes that a driver or a map may have, each put in by pytest's `MonkeyPatch`."""
+"""Mutations of the driver and the map, each applied by pytest's `MonkeyPatch`."""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ from hil.verdict.validation import validate
 
 GENTLE = ("presence", "audit")
 MAPPED = ("presence", "replay")
-"""The second is the shortest experiment that goes through the map."""
+"""Experiments for mutations; the second is the shortest one that uses the map."""
 
 
 def order(monkeypatch):
@@ -24,14 +24,14 @@ def order(monkeypatch):
 
 
 def order_both_ways(monkeypatch):
-    """What the fingers' likeness hides from every reading: index and middle exchanged out and back."""
+    """Exchange index and middle in both directions, which the readings of similar fingers cannot reveal."""
     order(monkeypatch)
     real = protocol._from_wire
     monkeypatch.setattr(protocol, "_from_wire", lambda words: [real(words)[i] for i in (1, 0, 2, 3, 4, 5, 6)])
 
 
 def wrapped(name, change):
-    """A mistake in what a method of the driver is given."""
+    """Mutation of an argument of a driver's method."""
 
     def put_in(monkeypatch):
         real = getattr(AeroHand, name)
@@ -41,7 +41,7 @@ def wrapped(name, change):
 
 
 def returned(name, change):
-    """A mistake in what a method of the driver returns."""
+    """Mutation of the result of a driver's method."""
 
     def put_in(monkeypatch):
         real = getattr(AeroHand, name)
@@ -97,7 +97,7 @@ def half_the_speed(monkeypatch):
 
 
 def coefficient(name, change):
-    """A number of the map that is not the paper's, under the paper's name."""
+    """Mutation of one coefficient of the map, under the paper's name."""
 
     def put_in(monkeypatch):
         paper = load_coefficients("paper")
@@ -164,7 +164,7 @@ MISTAKES_OF_THE_MAP = {
 
 
 def named_driver(mistake: Callable[[pytest.MonkeyPatch], None], experiments: Sequence[str]) -> bool:
-    """Whether the verdict on a good hand puts a mistake on the driver or its map."""
+    """Return whether the verdict on a healthy hand attributes a mutation to the driver or its map."""
     with pytest.MonkeyPatch.context() as monkeypatch:
         mistake(monkeypatch)
         with open_target(unit="plausible:331007", seed=331007) as target:

@@ -1,4 +1,4 @@
-"""What happened between a guarded driver and its board, from the bytes alone: times and values, a sample each 20 ms."""
+"""Signals between a guarded driver and its board, reconstructed from the bytes and sampled every 20 ms."""
 
 import struct
 from collections import deque
@@ -12,15 +12,15 @@ from aero.safety import Thresholds
 
 STEP_S = 0.02
 TELEMETRY_S = 0.05
-"""Allowed for the age of a value, and for a command on its way, s."""
+"""Tolerance for the age of a value, and for the delay of a command, s."""
 FRESH_S = 0.1
-"""Age of the last positions and currents up to which what they say can be acted on, s."""
+"""Age limit of the latest positions and currents for a reaction, s."""
 ANSWERED = frozenset({Opcode.GET_POS, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_TEMP, Opcode.SET_SPE, Opcode.SET_TOR})
-"""Requests that a board answers at once; homing may take a minute."""
+"""Requests with an immediate answer; homing may take a minute."""
 
 
 def events(log):
-    """Yield (t, what, values) of a log of (t, direction, bytes); a reply is that of the oldest request that fits."""
+    """Yield (t, kind, values) of a log of (t, direction, bytes); a reply is matched to the oldest request that fits."""
     pending, buffer = [], bytearray()
     for t, direction, data in log:
         if direction == ">":
@@ -55,7 +55,7 @@ def events(log):
 
 
 class Signals:
-    """What is known at a moment, of the channel where it is largest."""
+    """Largest value of each signal over the channels at one time."""
 
     def __init__(self):
         self.current = self.step = 0.0
@@ -66,7 +66,7 @@ class Signals:
         self._last, self._commands = b"", deque()
 
     def take(self, t, what, values):
-        """Take what happened next."""
+        """Process the next event."""
         if what == "asked":
             self._silent_from = t if self._silent_from is None else self._silent_from
         elif what in {"answered", "search"}:
@@ -116,7 +116,7 @@ class Signals:
 
 
 def signals(log, end_s):
-    """Return the times (n,) s up to `end_s`, and the signals at them by name, (n,) each; A, °C, s, shares window."""
+    """Return times (n,) up to `end_s`, s, and the signals by name, (n,) each; A, °C, s, fractions of the window."""
     times, state, rows = np.arange(0.0, end_s + STEP_S / 2, STEP_S), Signals(), []
     waiting = deque(events(log))
     for t in times.tolist():
@@ -127,7 +127,7 @@ def signals(log, end_s):
 
 
 def longest_s(holds):
-    """Return for how long a condition (n,) holds at most without a pause, s."""
+    """Return the longest uninterrupted duration of a condition (n,), s."""
     longest = run = 0
     for now in holds.tolist():
         run = run + 1 if now else 0

@@ -1,4 +1,4 @@
-"""Environments that hold what a page's `pip install` brings and nothing else."""
+"""Environments with exactly the packages of a page's `pip install`."""
 
 import fcntl
 import os
@@ -13,7 +13,7 @@ from pages import ROOT
 def programs_of(installation, folder):
     """Return the folder of programs of a fresh environment after `pip install` with these arguments.
 
-    Each environment is made once in `folder`, by the first of the test processes that needs it.
+    Each environment is created once in `folder`, by the first test process that needs it.
     """
     environment = folder / re.sub(r"\W+", "-", installation).strip("-")
     with environment.with_suffix(".lock").open("w") as lock:
@@ -34,6 +34,7 @@ def _uv(*words):
 
 
 def activated(programs):
-    """Return the variables of a shell with an environment activated, a wide terminal, and nothing of this process's."""
+    """Return the variables of a shell with an activated environment and a wide terminal, without those of this
+    process."""
     kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
     return kept | {"PATH": os.pathsep.join((str(programs), os.defpath)), "COLUMNS": "200"}

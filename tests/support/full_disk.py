@@ -1,4 +1,4 @@
-"""A file system that takes no more: a limit on the size of files, which needs no rights."""
+"""Emulated full disk: a limit on the file size, which needs no privileges."""
 
 import os
 import resource
@@ -10,7 +10,7 @@ available = os.name == "posix"
 
 @contextmanager
 def full_disk(size=0):
-    """Let no file grow beyond `size` bytes meanwhile."""
+    """Limit the size of files to `size` bytes during the block."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     writes_bytecode, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # half a .pyc fails every later import
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
@@ -22,7 +22,7 @@ def full_disk(size=0):
 
 
 def limited(size):
-    """Return the beginning of a command line that runs the rest of it on such a file system."""
+    """Return the start of a command line that runs its remainder on an emulated full disk."""
     limit = f"import os, resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, ({size}, {size}))"
     without = "os.environ['PYTHONDONTWRITEBYTECODE'] = '1'"
     return [sys.executable, "-c", f"{limit}; {without}; os.execv(sys.argv[1], sys.argv[1:])"]

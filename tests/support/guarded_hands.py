@@ -1,4 +1,4 @@
-"""Emulated hands behind a guard, healthy or spoiled in the ways that the guard is there for."""
+"""Emulated hands behind a guard, healthy or with the faults that a guard detects."""
 
 import dataclasses
 from contextlib import contextmanager
@@ -15,10 +15,10 @@ from model.units import load_unit
 
 
 class Tampered:
-    """A plant one of whose servos is not what its driver believes."""
+    """Plant with a servo that differs from the driver's assumptions."""
 
     def __init__(self, plant, shaft, change):
-        """`change` makes of the drive that the servo asks for the one that shaft gets."""
+        """Wrap a plant; `change` maps the requested drive of a servo to the applied one."""
         self._plant, self._shaft, self._change = plant, shaft, change
         self._asked = None
 
@@ -38,7 +38,7 @@ class Tampered:
 
 
 class FailingLink(InProcessLink):
-    """A link that can be cut: nothing comes back, or the port is gone."""
+    """Link that can be cut: replies are lost, or the port is gone."""
 
     silent = unplugged = False
 
@@ -54,7 +54,7 @@ class FailingLink(InProcessLink):
 
 @contextmanager
 def guarded(*, firmware="0.2.0", rewire=None, thresholds=None, link=InProcessLink, servos=None):
-    """A guarded target on the reference unit, with `servos` parameters changed."""
+    """Yield a guarded target on the reference unit, with changed `servos` parameters."""
     unit = load_unit("reference")
     unit = dataclasses.replace(unit, servos=dataclasses.replace(unit.servos, **(servos or {})))
     spec = HandSpec(firmware=firmware, seed=3, guarded=True, thresholds=thresholds)
@@ -74,19 +74,19 @@ def close(target, *channels, share=1.0):
 
 
 def torque_limits(target):
-    """What the servos may pull with, register units, in wire order."""
+    """Return the torque limits of the servos, register units, in wire order."""
     return [servo.memory.get("goal_torque") for servo in target.get(GroundTruth).electronics.servos]
 
 
 class BusyHost(InProcessLink):
-    """A link behind a host that is now and then late: replies are taken up to 0.1 s late, lost, or found after a pause.
+    """Link of a busy host: replies are read up to 0.1 s late, lost, or read after a pause.
 
-    The values are as old as they are in truth; it is the program that learns of them late.
+    The values keep their true age; only the program receives them late.
     """
 
     LATE_S, PAUSE_S = 0.1, 0.5
     late = lost = paused = 0.0
-    """Shares of the replies."""
+    """Fractions of late replies."""
 
     def __init__(self, electronics, seed=0):
         super().__init__(electronics)
@@ -108,7 +108,7 @@ class BusyHost(InProcessLink):
 
 
 def four_fingers_at_full_speed(target, seconds):
-    """Close and open all fingers as fast as they go, a half second each way."""
+    """Close and open all fingers at full speed, half a second in each direction."""
     codes = np.zeros(7, int)
     until = target.clock.now() + seconds
     while target.clock.now() < until:

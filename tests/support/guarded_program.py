@@ -1,6 +1,6 @@
-"""A guarded program on an emulated hand, one step a line, with faults on its way, and what must hold whatever it does.
+"""Guarded program on an emulated hand, as steps with faults, and the invariants after any steps.
 
-Whatever breaks carries the steps so far as a script, which runs as it stands with `tests/support` on the search path.
+A failed invariant reports the steps so far as a script that runs with `tests/support` on the search path.
 """
 
 import functools
@@ -30,7 +30,7 @@ from hil.targets.opening import guard
 from model.units.plausible import unit_named
 
 OPEN_DEG = 25.0
-"""No joint of an open hand is bent further: a thumb joint rests at 19 degrees in the windows of firmware 0.1.0."""
+"""Largest angle of any joint of an open hand, degrees: a thumb joint rests at 19 in the windows of firmware 0.1.0."""
 INTERRUPTS = (KeyboardInterrupt, SystemExit)
 HOMING_S = 20.0
 SETTLES_S = 0.5
@@ -40,7 +40,7 @@ STARTS_S = 8.0
 
 
 def step(method):
-    """Note a step as a line of the script, which whatever it raises carries."""
+    """Record a step as a line of the script, which is attached to any exception."""
 
     @functools.wraps(method)
     def noted(self, *arguments, **named):
@@ -56,16 +56,16 @@ def step(method):
 
 
 class GuardedProgram:
-    """One program on one emulated hand, on the virtual clock.
+    """Program on an emulated hand, on the virtual clock.
 
-    Every step raises an `AssertionError` when the driver returns what the board has not sent since it was asked, lets
-    an undeclared error through, or takes a command after a stop; `end`, when the hand is left closed.
+    Every step raises an `AssertionError` if the driver returns a value that the board has not sent since the request,
+    raises an undeclared error, or accepts a command after a stop. `end` raises one if the hand is left closed.
     """
 
     def __init__(self, *, firmware="0.2.0", seed=0, unit="reference", faults=(), after=None):
-        """Start a program on a hand of its own, or on the one that an earlier program, `after`, has left.
+        """Start a program on a new hand, or on the hand of an earlier program, `after`.
 
-        `faults` are those that a hand is built with, with their times in s after it is ready.
+        `faults` are built-in faults of the hand with their start times in s after it is ready.
         """
         self.firmware = firmware
         built = f", faults={list(faults)!r}" if faults else ""
@@ -119,7 +119,7 @@ class GuardedProgram:
 
     @step
     def expect_stops(self, channels):
-        """Give the usual limits back, weaker ones to some channels."""
+        """Restore the usual limits, with weaker ones on some channels."""
         self._do(lambda: self.hand.expect_stops(map(Channel, channels)))
 
     @step
@@ -129,7 +129,7 @@ class GuardedProgram:
 
     @step
     def poll(self, seconds):
-        """Read positions at 50 Hz, waiting on a clock that does not watch."""
+        """Read positions at 50 Hz, with waits on an unguarded clock."""
 
         def polling():
             until = self.clock.now() + seconds
@@ -146,7 +146,7 @@ class GuardedProgram:
 
     @step
     def sleep(self, seconds):
-        """Wait where nothing watches, as a suspended machine does."""
+        """Wait without polls, as on a suspended machine."""
         self._do(lambda: self.clock.sleep_until(self.clock.now() + seconds))
 
     @step
@@ -156,12 +156,12 @@ class GuardedProgram:
 
     @step
     def resynchronise(self):
-        """Bring the board back into step."""
+        """Resynchronise the board."""
         self._do(self.hand.resynchronise)
 
     @step
     def use_in_forked_process(self):
-        """Let another process, which has a copy of the hand, command it and close it."""
+        """Let a forked process with a copy of the hand command and close it."""
         self.hand._guard._owner += 1
         written = self.exchanges
         try:
@@ -175,40 +175,40 @@ class GuardedProgram:
 
     @step
     def fault(self, text, after_s=0.0):
-        """Put a fault in, `after_s` from now; one of the link replaces the one before."""
+        """Inject a fault `after_s` from now; a link fault replaces the previous one."""
         self._later(after_s, self._put_in, parse_fault(text))
 
     @step
     def heal_link(self, after_s=0.0):
-        """End the faults of the link."""
+        """Clear the faults of the link."""
         self._later(after_s, setattr, self.line, "faults", None)
 
     @step
     def stray_bytes(self, count, after_s=0.0):
-        """Leave the board with a fragment of a frame that another program has written."""
+        """Leave a fragment of another program's frame in the board's buffer."""
         self._later(after_s, self._arrive, b"\x7f" * count)
 
     @step
     def torque_mode_of_servos(self, after_s=0.0):
-        """Put the servos into torque mode behind the board's back, as a restart in the middle of a change does."""
+        """Switch the servos to torque mode without the board's knowledge, as by a restart during a mode change."""
         self._later(after_s, self._lose_mode)
 
     @step
     def unplug(self, after_s=0.0):
-        """Take the port away."""
+        """Remove the port."""
         self._later(after_s, self._unplug)
 
     @step
     def signal(self, name, after_s=0.0):
-        """Send this process a signal in `after_s`, whatever it is doing then."""
+        """Send this process a signal in `after_s`."""
         self._later(after_s, self._send, getattr(signal, name))
 
     @step
     def end(self, how="normally", cut=0):
-        """End the program, and demand that its hand is open, or that the person is told what to do.
+        """End the program, and require an open hand or instructions to the user.
 
-        `how` is `normally`, the name of an exception that leaves the program's block, or `killed`: then the second
-        process opens the hand, `cut` bytes of a command having gone out last.
+        `how` is `normally`, the name of an exception that ends the program's block, or `killed`: then the second
+        process opens the hand, after the first `cut` bytes of a last command.
         """
         self.ended = True
         try:
@@ -222,7 +222,7 @@ class GuardedProgram:
         self._demand_open()
 
     def next_owner(self):
-        """Leave the hand to the next program as a person does: the faults of the link gone, and power on again."""
+        """Prepare the hand for the next program as a user does: clear the link faults and restore the power."""
         self.line.faults = None
         self.electronics.reset("power_on")
         self.clock.sleep_until(self.clock.now() + STARTS_S)
@@ -232,14 +232,14 @@ class GuardedProgram:
         signal.raise_signal(number)
 
     def _interrupted(self):
-        """Leave the block of the hand by a signal, unless it came from a person who wants to end the tests."""
+        """Exit the block of the hand by a signal, except for Ctrl-C of a person who ends the tests."""
         if not self._sent:
             raise  # noqa: PLE0704 - called where one is being handled
         self._leave("KeyboardInterrupt")
         self.over = True
 
     def _leave(self, how):
-        """Leave the block of the hand as the `with` statement does."""
+        """Exit the block of the hand like the `with` statement."""
         raised = {"normally": None, "KeyboardInterrupt": KeyboardInterrupt(), "SystemExit": SystemExit(1)}
         error = raised[how] if how in raised else RuntimeError(how)
         try:
@@ -280,7 +280,7 @@ class GuardedProgram:
             assert limits == [self._thresholds.limp_torque] * 7, f"the hand is left with torque limits {limits}"
 
     def _do(self, call):
-        """Carry out what a program asks for, and let through what it is told to expect."""
+        """Execute a request of the program, and permit the declared errors."""
         if self.over:
             return
         stopped = self.hand.phase is Phase.STOPPED
@@ -299,7 +299,7 @@ class GuardedProgram:
         assert not stopped or self.exchanges == before, "a stopped hand took a call"
 
     def _asked(self, frame, *how):
-        """Exchange a frame, and demand that the reply is one that the board has sent since it was asked."""
+        """Exchange a frame, and require that the board has sent the reply since the request."""
         self.exchanges += 1
         answer = self._ask(frame, *how)
         raw = struct.pack("<BB7H", answer.reply.opcode, 0, *answer.reply.words)

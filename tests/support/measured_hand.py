@@ -1,4 +1,4 @@
-"""What the tests of the built hand and docs/hand_model.md measure of it: stops, loads, forces, a step."""
+"""Measurements of the built hand for tests and docs/hand_model.md: stops, loads, forces, a step."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ FINGER_SPAN = np.deg2rad(288.16)
 CMC_SPAN = np.deg2rad(104.13)
 FLEXOR_ENDS = np.deg2rad([-15.28, 247.15])
 BLOCKED = 0.33
-"""Effort behind the 3.0-3.4 A that the recorded hand holds at a stop, N m."""
+"""Effort at the 3.0-3.4 A of the recorded hand at a stop, N m."""
 OPEN_RAD = 0.02
-"""Below this a joint counts as open."""
+"""Threshold of a joint angle, rad; below it the joint counts as open."""
 
 
 def blocked_finger(finger: Channel) -> float:
-    """Return where a finger stops, part of its window."""
+    """Return the stop of a finger, fraction of its window."""
     plant = BuiltHandPlant()
     plant.drive(finger, towards(FINGER_SPAN, limit=BLOCKED))
     settle(plant)
@@ -28,7 +28,7 @@ def blocked_finger(finger: Channel) -> float:
 
 
 def blocked_flexion(abduction: float) -> float:
-    """Return where CMC flexion stops, part of its window; the abduction is held at a part of its own."""
+    """Return the stop of CMC flexion, fraction of its window, at a given abduction."""
     plant = BuiltHandPlant()
     plant.drive(Channel.THUMB_ABDUCTION, towards(abduction * np.deg2rad(100.0)))
     settle(plant)
@@ -38,7 +38,7 @@ def blocked_flexion(abduction: float) -> float:
 
 
 def blocked_flexor() -> float:
-    """Return where the flexor of a thumb that is not abducted stops, part of its window."""
+    """Return the stop of the flexor without abduction, fraction of its window."""
     plant = BuiltHandPlant()
     low, high = FLEXOR_ENDS
     plant.drive(Channel.THUMB_FLEXOR, towards(high, limit=BLOCKED))
@@ -47,7 +47,7 @@ def blocked_flexor() -> float:
 
 
 def closing_errors(fractions: tuple[float, ...]) -> list[float]:
-    """Return the counts by which the index stays short of each part of its window, reached one after the other."""
+    """Return the static error of the index at a sequence of positions (fractions of its window), counts."""
     plant = BuiltHandPlant()
     errors = []
     for fraction in fractions:
@@ -58,7 +58,7 @@ def closing_errors(fractions: tuple[float, ...]) -> list[float]:
 
 
 def opening_seconds(released: Drive) -> float:
-    """Return how long four closed fingers take to open when they are released, s, in steps of 10 ms; inf beyond 2 s."""
+    """Return the opening time of four closed fingers after release, s, in steps of 10 ms; inf above 2 s."""
     plant = BuiltHandPlant()
     for finger in FINGERS:
         plant.drive(finger, towards(FINGER_SPAN))
@@ -74,7 +74,7 @@ def opening_seconds(released: Drive) -> float:
 
 
 def tension_at_stall(channel: Channel) -> float:
-    """Return a cable's tension when its servo reaches its stall torque slowly, N: friction takes some of it."""
+    """Return a cable's tension at slowly reached stall torque, N, reduced by friction."""
     plant = BuiltHandPlant()
     plant.drive(Channel.THUMB_ABDUCTION, towards(1.7))
     for torque in np.linspace(0.1, STALL, 50):
@@ -84,7 +84,7 @@ def tension_at_stall(channel: Channel) -> float:
 
 
 def tension_after_impact(channel: Channel) -> float:
-    """Return a cable's tension after its spool ran into the stop at full effort, N: friction holds on to it."""
+    """Return a cable's tension after its spool ran into the stop at full effort, N, maintained by friction."""
     plant = BuiltHandPlant()
     plant.drive(Channel.THUMB_ABDUCTION, towards(1.7))
     plant.drive(channel, push(STALL))
@@ -93,7 +93,7 @@ def tension_after_impact(channel: Channel) -> float:
 
 
 def step_rise() -> tuple[float, float]:
-    """Return rise (10-90 %, s, in steps of 5 ms) and overshoot (part of the step) of 164 counts on the index."""
+    """Return rise (10-90 %, s, in steps of 5 ms) and overshoot (fraction of the step) of 164 counts on the index."""
     plant = BuiltHandPlant()
     plant.drive(0, towards(1.5))
     settle(plant)

@@ -1,4 +1,4 @@
-"""Outcomes of campaigns as they would be, without running a hand."""
+"""Synthetic outcomes of campaigns."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ from train.campaign.trial import Outcome
 
 
 def numbers(value=0.0, **changed):
-    """Return every judged number of a run, all `value` but for `changed`: `experiment__metric__subject=...`."""
+    """Return every judged number of a run, all `value` except `changed`: `experiment__metric__subject=...`."""
     found = {}
     for check in CHECKS:
         for subject in check.subjects:
@@ -20,5 +20,5 @@ def numbers(value=0.0, **changed):
 
 
 def outcome(trial, **more):
-    """Return a run that ended well with all its numbers."""
+    """Return a completed run with all its numbers."""
     return replace(Outcome(trial, numbers(), (), "", "", 10.0, 192.0, commit="abc"), **more)

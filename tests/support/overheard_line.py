@@ -1,13 +1,13 @@
-"""The link between an emulated board and its host, with somebody who hears what the board says."""
+"""Link between an emulated board and its host, with a record of the board's output before link faults."""
 
 from collections import deque
 
 REMEMBERED_S = 10.0
-"""For how long it is known what the board has sent, s: longer than any exchange but homing."""
+"""Retention of the board's output, s; longer than any exchange except homing."""
 
 
 class OverheardLine:
-    """The link between board and host: faults act on it, and what the board has sent is overheard before they do."""
+    """Link between board and host with faults, and a record of the board's output before the faults."""
 
     is_idle = False
 
@@ -15,7 +15,7 @@ class OverheardLine:
         self.faults, self.sent, self._free_at = None, deque(), {"to_hand": 0.0, "from_hand": 0.0}
 
     def passed(self, direction, now, data):
-        """Return (time, bytes) of what arrives; the order is kept when faults change."""
+        """Return (time, bytes) of the arriving pieces; the order is kept when faults change."""
         if direction == "from_hand":
             self.sent.append((now, data))
             while self.sent[0][0] < now - REMEMBERED_S:

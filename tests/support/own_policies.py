@@ -1,4 +1,4 @@
-"""The shipped policy as people would bring it: an ONNX file and a Python factory, each with its TOML file beside it."""
+"""Shipped policy in the forms of user-supplied ones: ONNX file and Python factory, each with its TOML file."""
 
 import shutil
 from importlib.resources import files
@@ -26,7 +26,7 @@ def write_interface(path):
 
 
 def write_onnx(folder, name="mine"):
-    """Write `steady` as NAME.onnx; the observation is normalised in double precision, as NumPy does it."""
+    """Write `steady` as NAME.onnx; the observation is normalised in double precision, as in NumPy."""
     network = find_policy("steady").network
     nodes, weights, x = [], [], "observation"
 
@@ -65,7 +65,7 @@ def write_onnx(folder, name="mine"):
 
 
 def write_model(path, nodes, constants):
-    """Write an ONNX model of 14 numbers to 7 and its TOML file; nothing checks it."""
+    """Write an unchecked ONNX model of 14 numbers to 7, and its TOML file."""
     graph = helper.make_graph(
         nodes, "model",
         [helper.make_tensor_value_info("observation", TensorProto.FLOAT, ["batch", 14])],
@@ -77,7 +77,7 @@ def write_model(path, nodes, constants):
 
 
 def write_factory(folder, name="my_policy"):
-    """Write `steady` as a Python module in `folder`, which must be the present one or on the path."""
+    """Write `steady` as a Python module in `folder`, which must be the working folder or on the path."""
     (folder / f"{name}.py").write_text(FACTORY)
     write_interface(folder / f"{name}.toml")
     return f"{name}:make"

@@ -1,7 +1,7 @@
-"""A played owner: validates an emulated hand and goes through its case, knowing only what the command shows.
+"""Simulated owner: validates an emulated hand and completes its case with only the information on display.
 
-The hand is guarded and opened anew for each step, on virtual time. Whatever is to be looked at is shown by the command;
-each answer follows from what was shown, and no fault is asked for.
+The hand is guarded and reopened for each step, on virtual time. The answers follow from the displayed observations; the
+injected fault is never queried.
 """
 
 import re
@@ -33,19 +33,19 @@ from hil.verdict.run_end import EndKind
 from hil.verdict.validation import validate
 
 OFF = 0.05
-"""Share by which a voltage is off, for an owner who reads a meter."""
+"""Relative error of a voltage that an owner notices on a meter."""
 REST_S = 120.0
 """Time between homing and the first run, in which servos cool down, s."""
 TRIES = 3
-"""How often an owner lets a run be repeated that says nothing about the hand."""
+"""Limit of repetitions of an inconclusive run."""
 
 
 class GivesUpError(Exception):
-    """The same step was asked for too often."""
+    """One step was requested too often."""
 
 
 class Owner:
-    """Lets each step be done, and answers from what is shown."""
+    """Lets the helper do each step, and answers from the displayed observations."""
 
     def __init__(self):
         self.shown, self._seen, self._step, self._again = [], "", None, 0
@@ -78,7 +78,7 @@ class Owner:
 
 
 def sees(text):
-    """Return whether what is shown says yes to what was asked: something differs, was there, or is off."""
+    """Return whether an observation means yes: a difference, a removed object, or a wrong voltage."""
     if "the supply gives" in text:
         *measured, usual = map(float, re.findall(r"([\d.]+) V", text))
         return any(abs(volts / usual - 1.0) > OFF for volts in measured)
@@ -91,15 +91,15 @@ def sees(text):
 
 @dataclass(frozen=True)
 class Played:
-    """A case that was played to its end."""
+    """Completed case."""
 
     found: bool
     """Whether the validation failed."""
     case: DiagnosisCase | None
     busy: bool = False
-    """Whether the validation said that its computer was held up, which no step need show."""
+    """Whether the validation reported a busy computer, whose effects a step need not show."""
     ended: str = ""
-    """Error that ended it."""
+    """Error that ended the case."""
     cpu_s: float = 0.0
     broken: bool = False
     """Whether the hand has a fault at the end."""
@@ -107,12 +107,12 @@ class Played:
 
     @property
     def told(self) -> tuple[Suspect, ...]:
-        """The part that the owner is told, or the parts whose state was reset."""
+        """Convicted part, or the parts whose state was reset."""
         return (Suspect(Part.COMPUTER),) if self.busy else () if self.case is None else self.case.told
 
     @property
     def gone(self) -> bool:
-        """Whether the failure is gone, with nobody convicted."""
+        """Whether the failure is gone without a conviction."""
         return self.case is not None and self.case.gone and not self.told
 
     @property
@@ -126,13 +126,13 @@ def is_right(suspect: Suspect, fault: Injection) -> bool:
 
 
 def _about(fault):
-    """Return the channels that a fault is about."""
+    """Return the channels of a fault."""
     two = fault.channel is not None and (fault.fault.layer is FaultLayer.WINDING or fault.fault.excludes == "id")
     return {fault.channel, NEIGHBOUR.get(fault.channel)} if two else {fault.channel}
 
 
 def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, side: Side) -> Played:
-    """Play one case: validate, then step by step until it ends."""
+    """Complete one case: validate, then do steps until the case ends."""
     start = process_time()
     spec = HandSpec("emulated", firmware, side, unit, seed, guarded=True, homed=True, faults=tuple(faults))
     with TemporaryDirectory() as name, closing(StandingHand(spec)) as standing:

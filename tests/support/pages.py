@@ -1,4 +1,4 @@
-"""What stands in code blocks of the documentation, and what its commands print."""
+"""Code blocks of the documentation, and the expected output of their commands."""
 
 import os
 import re
@@ -12,12 +12,12 @@ INSTALLATION = re.compile(r"(python3? -m venv|\. ~|pip install|python -m pip|git
 
 
 def blocks(page, language):
-    """The code blocks of a page in one language, without their fences."""
+    """Return the code blocks of a page in one language, without their fences."""
     return re.findall(rf"^```{language}\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), re.S | re.M)
 
 
 def steps(page):
-    """The commands of a page with the lines that it shows below them, in order: [(command, [line])]."""
+    """Return the commands of a page in order with the output shown below each: [(command, [line])]."""
     text = (ROOT / page).read_text(encoding="utf-8")
     found = []
     for shell, shown in re.findall(r"^```sh\n(.*?)^```(?:\n```text\n(.*?)^```)?", text, re.S | re.M):
@@ -29,7 +29,7 @@ def steps(page):
 
 @dataclass(frozen=True)
 class Typed:
-    """A command of a page, and the installation that its reader has made before."""
+    """Command of a page, with the installation that precedes it."""
 
     command: str
     installation: str
@@ -37,17 +37,17 @@ class Typed:
 
 
 HIL, SUITE = "-e '.[hil]'", "-e '.[suite]'"
-"""Installations of the README, for commands and for pytest: of a page that names none."""
+"""Installations of the README for commands and for pytest; defaults of a page without an installation."""
 INSTALLS = re.compile(r"^(?:.*`)?pip install (.+?)\s*(?:`|  #|$)", re.M)
 PYTEST = re.compile(r"`(pytest (?:test_\w+\.py|tests/hil)[^`]*)`")
-"""Inline commands for users; other tests are a contributor's, who has `tox`."""
+"""Inline pytest commands for users; all others are for contributors, who have `tox`."""
 AERO_HIL = re.compile(r"`(aero-hil [^`]*)`")
 
 
 def typed(page):
-    """Return the commands of a page in its order, each once, as `Typed`.
+    """Return the distinct commands of a page in order, as `Typed`.
 
-    An installation in a block is for what comes after it, one in a paragraph or in a row of a table for that alone.
+    An installation in a block applies to all later commands, one in a paragraph or a table row only to that.
     """
     prose, *rest = re.split(r"^```(\w*)\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), flags=re.S | re.M)
     found, installed = _inline(prose, ""), ""
@@ -81,13 +81,13 @@ def commands(block):
 
 
 def missing(shown, printed):
-    """The lines that a page shows and a command did not print; `…` stands for anything, white space for white space."""
+    """Return the lines of a page that a command did not print; `…` matches any text, white space any white space."""
     said = " ".join(printed.split())
     patterns = {line: ".*?".join(map(re.escape, " ".join(line.split()).split("…"))) for line in shown}
     return [line for line, pattern in patterns.items() if not re.search(pattern, said)]
 
 
 def environment():
-    """This interpreter's own programs first, as in an activated environment; a wide terminal."""
+    """Return variables with this interpreter's programs first, as in an activated environment, and a wide terminal."""
     programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     return os.environ | {"PATH": programs, "COLUMNS": "200"}

@@ -1,6 +1,6 @@
-"""A simulated person who looks at an emulated hand, and sees its joints as eyes do: from 5 degrees of a digit on.
+"""Simulated person who watches an emulated hand and notices 5 degrees at a digit.
 
-With three joints a finger that is bent by 5 degrees in all has its tip half a centimetre out of line.
+With three joints, 5 degrees in all displace the fingertip by half a centimetre.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ JOINTS = {finger: slice(3 * finger, 3 * finger + 3) for finger in FINGERS} | {
 
 
 class Person:
-    """Watches `progress`, and answers from what it saw."""
+    """Watches `progress`, and answers from the observed joints."""
 
     def __init__(self, *, again=0, leaves_after=None):
         self.plant = None
@@ -26,7 +26,7 @@ class Person:
         self._again, self._leaves_after = again, leaves_after
 
     def watch(self, _done, doing):
-        """Look at the hand, as the progress of an experiment does at each sample."""
+        """Observe the hand at each sample of an experiment's progress."""
         self._seen.append((doing, np.rad2deg(self.plant.joint_angles())))
 
     def answer(self, question):

@@ -35,7 +35,7 @@ def policy(seed: int = 0, shown_action: ShownAction = ShownAction.LAST) -> Polic
 
 
 def holding() -> Policy:
-    """Return a policy that always acts zero: it holds the nominal grasp."""
+    """Return a policy with zero actions, which keeps the nominal grasp."""
     net = policy().network
     *hidden, last = net.layers
     still = Layer(np.zeros_like(last.kernel), np.zeros_like(last.bias))
@@ -43,7 +43,7 @@ def holding() -> Policy:
 
 
 def actions_on(policy, lengths, currents=None):
-    """Return the actions of `policy` (steps, 7) when it reads `lengths` (steps, 7) one after another.
+    """Return the actions of `policy` (steps, 7) for the sequence of `lengths` (steps, 7).
 
     Args:
         policy: what acts.
@@ -63,7 +63,7 @@ def actions_on(policy, lengths, currents=None):
 
 @dataclass
 class Played:
-    """Acts the rows of a script, one after another, whatever it observes."""
+    """Returns the rows of a script in sequence, regardless of the observation."""
 
     script: np.ndarray
 
@@ -75,5 +75,5 @@ class Played:
 
 
 def playing(script, of: Policy | None = None) -> Policy:
-    """Return a policy that plays a script (periods, 7) open loop, with the settings of another one."""
+    """Return a policy that plays a script (periods, 7) open loop, with the settings of another policy."""
     return replace(of or policy(), network=Played(script))

@@ -1,4 +1,4 @@
-"""What a policy must have sent, computed again from what it read; frames are packed here and not by the driver."""
+"""Expected frames of a policy, recomputed from its readings with a packing independent of the driver."""
 
 import struct
 
@@ -9,7 +9,7 @@ COMMAND_TO_WIRE = [4, 5, 6, 0, 1, 2, 3]
 """Wire order: thumb abduction, CMC flexion, flexor, index, middle, ring, pinky."""
 SET_POSITIONS = b"\x11"
 SHAFT_RAD_S = 12.9
-"""740 deg/s, what the loop lets a shaft be told at most."""
+"""Limit of a commanded shaft speed in the loop, rad/s (740 °/s)."""
 
 
 def frame(codes):
@@ -18,7 +18,7 @@ def frame(codes):
 
 
 def positions_sent(wire):
-    """Return the codes of every position frame that went to the hand, (n, 7) in command order, and when, (n,) s."""
+    """Return the codes, (n, 7) in command order, and times, (n,) s, of all position frames to the hand."""
     frames = [record for record in wire if record.direction == "to_hand" and record.data[:1] == SET_POSITIONS]
     words = np.array([struct.unpack_from("<7H", record.data, 2) for record in frames]).reshape(-1, 7)
     codes = np.empty_like(words)
@@ -27,7 +27,7 @@ def positions_sent(wire):
 
 
 def asked(codec, lengths):
-    """Return the codes that a map makes of lengths (7,), brought into its window."""
+    """Return the codes of lengths (7,) by a map, clipped to its window."""
     angles = codec.angles_from_travel(codec.travel_from_lengths(np.asarray(lengths)))
     return codec.saturating_codes(angles).codes.astype(float)
 
@@ -39,7 +39,7 @@ def fastest(codec, period_s):
 
 
 def frames_again(policy, codec, codes, correction, currents=None):
-    """Return the frames that `policy` sends for readings `codes` (n, 7), one after another from its nominal grasp.
+    """Return the frames of `policy` for the sequence of readings `codes` (n, 7), from its nominal grasp.
 
     Args:
         policy: what acts.

@@ -1,4 +1,4 @@
-"""Hypothesis strategies for policies, apart from their builders: tests/hil runs where Hypothesis is not installed."""
+"""Hypothesis strategies for policies, separate from their builders because tests/hil also runs without Hypothesis."""
 
 import numpy as np
 from hypothesis import strategies as st

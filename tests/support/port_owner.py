@@ -1,7 +1,7 @@
-"""An owner at a terminal: reads the prompts of `diagnose`, types answers, and does the steps to a hand of `emulate`.
+"""Simulated owner at a terminal: reads the prompts of `diagnose`, types answers, and acts on a hand of `emulate`.
 
-Nothing is known but what both print. `emulate` stands for the hand: what is typed into it is done to the hand, and what
-it prints then is what hands, eyes and instruments find.
+The owner knows only the output of both. `emulate` represents the hand: typed acts are done to it, and its output is the
+observation by hands, eyes and instruments.
 """
 
 import re
@@ -21,19 +21,19 @@ from hil.checks.shared.subjects import subject_words
 ASKS = "> "
 """End of a prompt."""
 SHOWN_S = 120
-"""Longest time until a hand shows what was done to it, s."""
+"""Time-out for the visible effect of an act, s."""
 NO_ACT = "no_such_act"
 """Word that the prompt refuses by name."""
 TRIES = 5
-"""How often an owner lets a validation run again that says nothing about the hand."""
+"""Limit of repetitions of an inconclusive validation."""
 BENT = {
     "Swing the thumb": Channel.THUMB_ABDUCTION,
     "thumb by hand at its base": Channel.THUMB_CMC_FLEXION,
     "tip of the thumb": Channel.THUMB_FLEXOR,
 }
-"""Channels of the thumb as a person is told to bend them."""
+"""Channels of the thumb by the words of their manual motion."""
 MOST_PROMPTS = 60
-"""Prompts after which an owner gives up, as where this computer is busy in each run."""
+"""Limit of prompts, for example on a computer that is busy in every run."""
 DOES = (
     (r"Exchange the servo", "exchange_servos {0} {1}"),
     (r"reseat every plug", "power_off;replace bus;power_on"),
@@ -43,7 +43,7 @@ DOES = (
     (r"[Tt]ake everything out", "power_off;let_go;power_on"),
     (r"Switch the hand's supply off", "power_off;power_on"),
 )
-"""Text of a step to what its reader does; `{0}` is the first digit that it names. Other steps change nothing."""
+"""Text of a step to the act of its reader; `{0}` is the first digit in the text. Other steps have no effect."""
 LOOKS = (
     (r"Bend|Swing", "feel {0}"),
     (r"Look along the cable", "look {0}"),
@@ -52,11 +52,11 @@ LOOKS = (
     (r"bus adapter", "registers"),
     (r"take away", "let_go"),
 )
-"""Text of a question to what its reader looks at."""
+"""Text of a question to the inspection by its reader."""
 
 
 class ServedHand:
-    """A hand of `emulate`."""
+    """Hand served by `emulate`."""
 
     def __init__(self, process):
         self._process, self._said = process, Queue()
@@ -68,13 +68,13 @@ class ServedHand:
                 self._said.put(line.strip())
 
     def do(self, words):
-        """Do something to it; return what is then shown."""
+        """Perform an act and return the resulting output."""
         self._until_refused()  # what the hand has said since the last act
         # A refusal is printed before what acts of the same turn show, so a second one comes after all of it.
         return "; ".join((*self._until_refused(words), *self._until_refused()))
 
     def _until_refused(self, *words):
-        """Type lines, then one that is refused; return what is shown until then."""
+        """Type lines, then a line that is refused; return the output until then."""
         self._process.stdin.write("".join(f"{line}\n" for line in (*words, NO_ACT)))
         self._process.stdin.flush()
         shown = []
@@ -85,7 +85,7 @@ class ServedHand:
 
 @contextmanager
 def served(link, *options):
-    """A hand on a port, until the end."""
+    """Serve a hand on a port during the block."""
     with subprocess.Popen(
         [sys.executable, "-m", "aero_hil", "emulate", "--link", str(link), "--prompt", *options],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(),
@@ -99,7 +99,7 @@ def served(link, *options):
 
 
 def first_run(folder, link, *options):
-    """Validate the hand of a port, again where this computer was busy; returns exit code and output."""
+    """Validate the hand on a port, repeatedly on a busy computer; return exit code and output."""
     code, said = Exit.HOST_BUSY, ""
     for _ in range(TRIES):
         if code == Exit.HOST_BUSY:
@@ -112,9 +112,9 @@ def first_run(folder, link, *options):
 
 
 def diagnosed(folder, link, hand, *, named=""):
-    """Go through a case; returns exit code and all that was printed.
+    """Complete a case; return exit code and all output.
 
-    `named` is what the owner told the program of the board: `0.2.0, for a right hand`.
+    `named` is the owner's declaration of the board: `0.2.0, for a right hand`.
     """
     with subprocess.Popen(
         [sys.executable, "-m", "aero_hil", "diagnose", str(folder), "--hil", str(link)],

@@ -1,4 +1,4 @@
-"""A guarded program whose end demands that the guard has kept its promises, as the bytes show it."""
+"""Guarded program whose end requires, from the bytes, that the guard kept its promises."""
 
 import numpy as np
 from exchanged_signals import STEP_S, longest_s, signals
@@ -10,16 +10,16 @@ from aero.safety.stop import Phase
 
 QUERIES = {Opcode.GET_POS, Opcode.GET_VEL, Opcode.GET_CURR, Opcode.GET_TEMP}
 UNWATCHED_S = 2.7
-"""After homing: the guard begins anew, and its commands need their time."""
+"""Time after homing without checks, s: the guard restarts, and its commands take time."""
 LIMITS = Thresholds()
-"""The published ones, whatever the guard of a test was given."""
+"""Published limits, independent of the guard's settings in a test."""
 ENDING_S = 2.5 * LIMITS.opening_patience_s
 
 
 class PromisedProgram(GuardedProgram):
-    """As `GuardedProgram`; `broken` holds what the guard of an ended program has not kept, with how far.
+    """As `GuardedProgram`; `broken` has the violated promises of an ended program's guard, with their excess.
 
-    `late_s` is what may be added to a threshold's own time: a poll, its exchanges, lost replies, the age of a value.
+    `late_s` is the tolerance beyond a threshold's duration: a poll, its exchanges, lost replies, the age of a value.
     """
 
     def __init__(self, *, late_s=0.2, **how):
@@ -52,7 +52,7 @@ class PromisedProgram(GuardedProgram):
 
     @step
     def end(self, how="normally", cut=0):
-        """End the program, and demand that every promise was kept."""
+        """End the program, and require that every promise was kept."""
         begun = self.clock.now()
         try:
             GuardedProgram.end.__wrapped__(self, how, cut)
@@ -96,7 +96,7 @@ class PromisedProgram(GuardedProgram):
         self.broken = {name: f"{value:.3g} of {bound:.3g}" for name, (value, bound) in most.items() if value > bound}
 
     def _phases(self, times):
-        """Return whether the hand moves and is watched, and whether it opens for the first time."""
+        """Return masks of motion under polls, and of the first opening."""
         at = np.searchsorted([t - self.start_s for t, _ in self.phases], times, side="right") - 1
         phases = [self.phases[i][1] if i >= 0 else Phase.RESTING for i in at]
         homing = np.zeros(len(times), bool)
@@ -106,12 +106,12 @@ class PromisedProgram(GuardedProgram):
         return moving, np.array([phase is Phase.OPENING for phase in phases])
 
     def _stopping_s(self):
-        """Return how long the last opening took, s."""
+        """Return the duration of the last opening, s."""
         ending = [t for t, phase in self.phases if phase is Phase.ENDING]
         return ending[-1] - ending[0] if ending else 0.0
 
     def _unasked(self, log):
-        """Return how many commands the board has carried out that nobody had sent."""
+        """Return the number of commands executed by the board without having been sent."""
         asked = iter([data for _, direction, data in log if direction == ">"])
         return sum(
             frame[0] in {*Opcode} - QUERIES and not any(frame == one for one in asked) for frame in self.executed

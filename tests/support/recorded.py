@@ -1,4 +1,4 @@
-"""Short runs of what experiments do, returned as their recordings."""
+"""Short runs of experiments, returned as their recordings."""
 
 from hil.checks.staircase.check import run_staircase
 from hil.recordings.policy_run import record_policy
@@ -20,7 +20,7 @@ def excitation_of(target, plan, progress=silent):
 
 
 def policy_of(target, policy, settings, progress=silent):
-    """The run and its recording."""
+    """Return a policy run and its recording."""
     recorder = Recorder(target, "policy")
     result = record_policy(target, recorder, policy, settings, progress=progress)
     return result, recorder.finish()

@@ -1,4 +1,4 @@
-"""A servo's law for the tests of the plant: position gain, damping and full effort of the recorded hand."""
+"""Servo drive for tests of the plant: position gain, damping and full effort of the recorded hand."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DAMPING = STALL * 1.21e-4 / COUNT
 
 
 def towards(angle: float, limit: float = STALL) -> Drive:
-    """Hold a shaft at an angle, as the recorded servos do."""
+    """Drive a shaft to an angle like the recorded servos."""
     return Drive(setpoint=angle, stiffness=STIFFNESS, damping=DAMPING, limit=limit)
 
 
@@ -24,5 +24,5 @@ def push(torque: float) -> Drive:
 
 
 def settle(plant: BuiltHandPlant, seconds: float = 1.5) -> None:
-    """Let time pass."""
+    """Advance the time."""
     plant.advance_to(plant.time + seconds)

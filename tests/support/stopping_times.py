@@ -1,4 +1,4 @@
-"""Faults of a moving hand, and how long each lasts before the guard begins to open it."""
+"""Faults of a moving hand, and the time until the guard starts to open it."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from hil import GroundTruth
 from hil.targets.target import Target
 
 LATE = {"idle": 0.0, "late": 0.05}
-"""Host to the share of its readings that are late by up to 0.1 s."""
+"""Fraction of readings that are late by up to 0.1 s, by host."""
 
 
 @dataclass(frozen=True)
 class Stopping:
-    """A fault that the guard has to notice."""
+    """Fault that the guard must detect."""
 
     name: str
     most_s: float
-    """Time that it may take on either host, s."""
+    """Limit of the time on either host, s."""
     reasons: tuple[SafetyReason, ...]
-    """Any of which may stop it."""
+    """Permitted reasons of the stop."""
     channel: Channel
     fault: Callable[[Target], None]
     before: Callable[[Target], None] = close
     options: dict[str, Any] = field(default_factory=dict)
-    """Of the guarded hand."""
+    """Options of the guarded hand."""
 
     def seconds(self, host: str, seed: int) -> float:
-        """Return the time from the fault to the beginning of the opening, s."""
+        """Return the time from the fault to the start of the opening, s."""
         with guarded(link=lambda electronics: BusyHost(electronics, seed), **self.options) as target:
             self.before(target)
             target.wire._transport.late = LATE[host]

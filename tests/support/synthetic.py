@@ -1,4 +1,4 @@
-"""Recordings with a known answer, made without any hand."""
+"""Synthetic recordings with known results."""
 
 import math
 from dataclasses import replace
@@ -16,7 +16,7 @@ RANGES = np.array([0.046, 0.046, 0.046, 0.046, 1.75, 0.011, 0.027])
 
 
 def staircase(*, levels=4, tau=0.03, gain=1.0, offset=0.0, hand_tau=0.05, dt=0.01):
-    """A one-channel-at-a-time staircase from zero, answered by two first-order lags."""
+    """Return a one-channel-at-a-time staircase from zero with the response of two first-order lags."""
     per = round(HOLD / dt)
     fractions = [*range(1, levels + 1), *range(levels - 1, -1, -1)]
     levels_of = np.zeros((7 * 2 * levels + 1, 7))
@@ -46,16 +46,16 @@ def staircase(*, levels=4, tau=0.03, gain=1.0, offset=0.0, hand_tau=0.05, dt=0.0
 
 
 def replaced(recording, name, values):
-    """The same recording with other values in one series."""
+    """Return the recording with other values in one series."""
     series = recording[name]
     changed = Series.of(series.columns, series.units, series.times, values)
     return Recording(recording.header, {**recording.series, name: changed}, recording.wire, recording.events)
 
 
 def held(experiment, postures, hold_s, *, answer=None, currents=None, temperatures=None, dt=0.01, **parameters):
-    """Codes of postures (n, 7), each held for `hold_s`; the hand is at `answer` (n, 7), else where it was told.
+    """Return the codes of postures (n, 7), each for `hold_s`; the hand is at `answer` (n, 7), by default the commands.
 
-    It arrives a sample after the command, as a reading is taken before the command of the same sample.
+    The hand arrives a sample after the command, because each sample reads before it commands.
     """
     per = round(hold_s / dt)
     command = np.repeat(np.asarray(postures, float), per, axis=0)

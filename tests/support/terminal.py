@@ -1,4 +1,4 @@
-"""A reader's terminal: commands one after the other in one folder, servers until the next one starts."""
+"""Terminal of a page's reader: commands in sequence in one folder; a server runs until the next one starts."""
 
 import re
 import shlex
@@ -12,7 +12,7 @@ from pages import LIMIT_S, ROOT, missing
 from aero import AeroHand
 
 SERVERS = re.compile(r"aero-hil (emulate|view|proxy)\b")
-"""They run until Ctrl-C."""
+"""Commands that run until Ctrl-C."""
 PORTS = ("/dev/ttyACM0", "/dev/ttyACM1")
 SHORTER = {
     r"aero-hil validate\b.* --hil (?!.*--dry-run)(?!.*--only)": "--only presence --only audit",
@@ -21,13 +21,13 @@ SHORTER = {
     r"aero-hil run-policy\b.* --hil ": "--seconds 3 --wait 0",
     r"aero-hil evaluate\b": "--units 1 --episodes 2 --seconds 2",
 }
-"""Command to the options that make it short here."""
+"""Command to additional options that shorten it in tests."""
 TYPED = {r"aero-hil diagnose(?!.*--hil)": "n\n\n" * 60}
-"""Command to what is typed: no to each question, Enter to let each step be done."""
+"""Command to the typed input: no to each question, Enter to let the program do each step."""
 
 
 class Terminal:
-    """A shell in a folder, with emulated hands on the ports that pages name, and the programs of one environment."""
+    """Shell in a folder, with emulated hands on the ports of pages, and the programs of one environment."""
 
     def __init__(self, folder, stack: ExitStack, programs):
         self.folder, self.stack, self.variables = folder, stack, activated(programs)
@@ -43,7 +43,7 @@ class Terminal:
         return self.ports[name]
 
     def type(self, command, shown=(), *, codes=frozenset({0})):
-        """Run a command, or start a server; check its output and its exit code, and return its output."""
+        """Run a command, or start a server; check output and exit code, and return the output."""
         command = command.replace("/tmp/", f"{self.folder}/").replace("examples/", f"{ROOT}/examples/")
         command = command.replace("tests/hil", f"{ROOT}/tests/hil -p no:cacheprovider")
         for name in PORTS:
@@ -65,7 +65,7 @@ class Terminal:
 
     @contextmanager
     def served(self, command, shown=()):
-        """A server, from the moment when it has printed what is shown (`ready` or `view`) until Ctrl-C."""
+        """Yield a server from its first output (`ready` or `view`) until Ctrl-C."""
         with subprocess.Popen(
             shlex.split(command), cwd=self.folder, env=self.variables, text=True, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
