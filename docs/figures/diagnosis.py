@@ -23,7 +23,7 @@ from hil.faults import CATALOGUE
 from hil.faults.fault import Fault, Injection
 from hil.recordings.provenance import source_commit
 
-DRAWN, HEALTHY = 40, 10
+DRAWN, HEALTHY = 30, 6
 SIDES: tuple[Side, ...] = ("right", "left")
 HEADER = ["set", "found", "part right", "good part convicted", "open", "gone on a broken hand", "steps", "minutes"]
 
