@@ -196,11 +196,6 @@ class Recording:
             if by_s[i] > 0.0
         )
 
-    def longest_delay(self, start: float, end: float) -> Delay | None:
-        """Return the longest delay within a window (s since the recording's start), or None."""
-        within = [delay for delay in self.delays if delay.t >= start and delay.t - delay.by_s <= end]
-        return max(within, key=lambda delay: delay.by_s, default=None)
-
 
 DELAYS = "delays"
 """Name of the series of delays: one column a loop, s, at the time of resumption."""

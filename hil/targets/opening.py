@@ -25,7 +25,7 @@ from hil.faults.workbench import Workbench
 from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
 from hil.targets.emulated_hand import build_emulated, found_as, host_link
 from hil.targets.hand_spec import HOMINGS, PHYSICAL, HandSpec
-from hil.targets.pty_process import serve_with_bench
+from hil.targets.pty_process import serve_in_child
 from hil.targets.target import GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model.units import Unit
@@ -115,7 +115,7 @@ def in_process(opening: Opening, workbench: Workbench, link: Transport) -> Itera
 @contextmanager
 def _pty(opening: Opening) -> Iterator[Target]:
     with (
-        serve_with_bench(opening.spec, opening.delays) as (path, bench),
+        serve_in_child(opening.spec, opening.delays) as (path, bench),
         _serial(opening, path) as (hand, clock, wire),
     ):
         yield opening.granted(hand, clock, wire, capabilities=(bench,))

@@ -79,20 +79,13 @@ class _ServedBench:
 
 
 @contextmanager
-def serve_in_child(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[str]:
-    """Start an emulated hand on a pseudo-terminal and yield its path; `delays` receives the board's delays.
+def serve_in_child(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[tuple[str, HandBench]]:
+    """Start an emulated hand on a pseudo-terminal; yield path and bench. `delays` receives the board's delays.
 
     Raises:
         FaultNeverFiredError: a fault had no effect before the child was stopped.
         ChildError: the child did not start, or did not stop cleanly; the message contains its error output.
     """
-    with serve_with_bench(spec, delays) as (path, _):
-        yield path
-
-
-@contextmanager
-def serve_with_bench(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[tuple[str, HandBench]]:
-    """Start an emulated hand as `serve_in_child` does, and yield path and bench of the hand."""
     command = [sys.executable, "-P", "-m", served_hand.__name__, spec_text(spec), str(os.getpid())]
     heard = _Heard(delays or DelayLog())
     child = ChildProcess(command, NAME, on_line=heard.take)

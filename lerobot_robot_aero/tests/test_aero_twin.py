@@ -121,7 +121,7 @@ def test_it_follows_either_a_hand_or_a_recording(options):
 def test_it_reads_another_hand_and_sends_it_to_no_position(monkeypatch, steps, tmp_path, limp):
     """The hand is left in a posture, which it keeps when it is only read and leaves when it is let go."""
     posture = np.array(steps[2])
-    with serve_in_child(HandSpec()) as path:
+    with serve_in_child(HandSpec()) as (path, _):
         with AeroHand.open_unguarded(path) as hand:
             clock = WallClock()
             hand.read_codes()

@@ -118,7 +118,7 @@ def test_it_drives_a_target_and_a_terminal(program):
     with open_target("emulated", firmware_program=str(program)) as opened:
         assert opened.hand.read_codes() is not None
     served = serve_in_child(HandSpec(firmware_program=program))
-    with served as path:
+    with served as (path, _):
         transport = SerialTransport.open(path)
         clock = WallClock()
         transport.write(struct.pack("<BB7H", 0x22, 0, *[0] * 7))

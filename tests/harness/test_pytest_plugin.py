@@ -435,7 +435,7 @@ def test_an_act_skips_on_a_port_as_the_mark_does(pytester):
             assert aero_target.wrong == ()
         """
     )
-    with serve_in_child(HandSpec()) as port:
+    with serve_in_child(HandSpec()) as (port, _):
         result = pytester.runpytest(f"--hil={port}", "-rs")
     result.assert_outcomes(passed=1, skipped=2)
     assert result.stdout.str().count("its faults are for an emulated hand") == 2
@@ -727,7 +727,7 @@ def test_marks_of_other_tests_mean_what_their_project_says(pytester):
 
 def test_one_worker_of_xdist_uses_the_port_and_says_what_it_skips(pytester):
     pytester.makepyfile(SUITE.format(there=True))
-    with serve_in_child(HandSpec()) as port:
+    with serve_in_child(HandSpec()) as (port, _):
         result = pytester.runpytest_subprocess(f"--hil={port}", "-n", "1", "--hil-still", "-rs")
     result.assert_outcomes(passed=2, skipped=4)
     result.stdout.fnmatch_lines(["*run without --hil-still*"])

@@ -26,7 +26,7 @@ SNIPPETS = [
 
 @pytest.fixture(scope="module")
 def port():
-    with serve_in_child(HandSpec()) as path:
+    with serve_in_child(HandSpec()) as (path, _):
         yield path
 
 
