@@ -75,7 +75,7 @@ def _check(kind: Any, value: Any, where: str) -> None:
             for key, field in row.items() if isinstance(row, Mapping) else ():
                 if key not in known:
                     raise ValueError(f"{at}: unknown key `{key}`; {meant(key, known)}known are {', '.join(known)}")
-                for option in (known[key], *get_args(known[key])):
+                for option in (known[key], *get_args(known[key])) if isinstance(field, str | int) else ():
                     if (allowed := _allowed(option)) and field not in allowed:
                         raise ValueError(f"{at}.{key} is one of {', '.join(map(str, allowed))}, not {field!r}")
                 if isinstance(field, float) and not math.isfinite(field):

@@ -1,1 +1,1 @@
-"""Emulated hand electronics: ESP32-S3 firmware, Feetech servo bus, servos, links. Needs NumPy and pyserial only."""
+"""Emulated hand electronics: ESP32-S3 firmware, Feetech servo bus, servos, links. Needs no physics engine."""

@@ -10,14 +10,15 @@ register's name or by a constant.
 
 from __future__ import annotations
 
-import math
-import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, get_args
 
+from msgspec import Meta
+
+from aero_hil_toml import filled, parsed
 from firmware_emulator.packets import Instruction
 
 MEMORY_SIZE = 128
@@ -27,7 +28,8 @@ FEEDBACK = 56
 """First address of the measurements; up to 66 they are equal in all series."""
 FEEDBACK_SIZE = 15
 """Length of the measurement block read by the hand's firmware, bytes."""
-MODES = ("position", "speed", "current", "pwm", "step")
+Mode = Literal["position", "speed", "current", "pwm", "step"]
+MODES = get_args(Mode)
 """Operating modes of the mode register; `step` is not modelled and acts as `position`."""
 
 
@@ -70,7 +72,7 @@ NEEDED = frozenset(
 """Registers used by `Servo`; each must be in the model or in its `instead`."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ServoModel:
     """Servo model."""
 
@@ -80,23 +82,23 @@ class ServoModel:
     """Model number, registers 3 and 4."""
     byte_order: Literal["little", "big"]
     """Byte order of two-byte registers."""
-    resolution: int
+    resolution: Annotated[int, Meta(ge=2)]
     """Counts over the span of the encoder."""
-    span_deg: float
+    span_deg: Annotated[float, Meta(gt=0.0, le=360.0)]
     """Span of the encoder, degrees: 360 for a magnetic encoder (wraps), less for a potentiometer."""
-    speed_unit_counts: float
+    speed_unit_counts: Annotated[float, Meta(gt=0.0)]
     """Unit of a speed register, counts/s."""
     zero_speed_is_fastest: bool
     """Whether goal speed 0 means no limit instead of no motion."""
-    limits_select_motor: bool
+    limits_select_motor: bool = False
     """Whether both angle limits at 0 select PWM mode (models without a mode register)."""
-    middle_by_torque: bool
+    middle_by_torque: bool = False
     """Whether writing 128 to the torque register makes the present position 2048."""
-    modes: tuple[str, ...]
+    modes: tuple[Mode, ...]
     """Names of `MODES` by the value of the mode register."""
     instructions: frozenset[Instruction]
     """Supported instructions; others are not answered."""
-    baud_rates: tuple[int, ...]
+    baud_rates: tuple[Annotated[int, Meta(gt=0)], ...]
     """Baud rates by the value of the baud register, bit/s."""
     registers: Mapping[str, Register]
     """Registers by name."""
@@ -104,7 +106,7 @@ class ServoModel:
     """Replacement of each missing register: another register's name, or a constant."""
     power_up: Mapping[str, str]
     """RAM register to load at power-up, by EEPROM register."""
-    physics: Mapping[str, float]
+    physics: Mapping[str, float] = field(default_factory=dict)
     """Fields of `ServoParameters` with values from a data sheet."""
     sources: Mapping[str, str]
     """Source by letter."""
@@ -169,11 +171,9 @@ def read_model(path: Path, known: Callable[[str], Mapping[str, Any]]) -> dict[st
     if path.exists() and not (path.is_file() and path.stat().st_size <= LARGEST_BYTES):
         raise ValueError(f"{path}: not a file of a servo model, which has at most {LARGEST_BYTES} bytes")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ValueError(f"{path}: not a TOML file: {error}") from error
-    if unknown := content.keys() - {"like", "without"} - {field.name for field in fields(ServoModel)}:
-        raise ValueError(f"{path}: unknown {', '.join(sorted(unknown))}")
+        content = parsed(path.read_text(encoding="utf-8-sig"), str(path))
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path} is not TOML: {error}") from error
     like = content.get("like")
     if like is not None and (not isinstance(like, str) or like == path.stem):
         raise ValueError(f"{path}: `like` names another model, not {like!r}")
@@ -184,7 +184,8 @@ def read_model(path: Path, known: Callable[[str], Mapping[str, Any]]) -> dict[st
     own = {row[0] for row in content.get("registers", ())} | set(content.get("without", ()))
     rows = [row for row in base.get("registers", ()) if row[0] not in own]
     tables = {name: {**base.get(name, {}), **content.get(name, {})} for name in ("instead", "power_up", "sources")}
-    return {**base, **content, **tables, "registers": [*rows, *content.get("registers", ())]}
+    merged = {**base, **content, **tables, "registers": [*rows, *content.get("registers", ())]}
+    return {name: value for name, value in merged.items() if name not in ("like", "without")}
 
 
 def build_model(content: Mapping[str, Any], place: Path) -> ServoModel:
@@ -194,25 +195,14 @@ def build_model(content: Mapping[str, Any], place: Path) -> ServoModel:
         ValueError: a value is missing, of the wrong type or inconsistent; the message names file and value.
     """
     try:
-        registers = _registers(content)
-        given = {field.name: content[field.name] for field in fields(ServoModel) if field.name in content}
-        model = ServoModel(
-            **{
-                "limits_select_motor": False,
-                "middle_by_torque": False,
-                "physics": {},
-                **given,
-                "registers": registers,
-                "modes": tuple(content["modes"]),
-                "baud_rates": tuple(content["baud_rates"]),
-                "instructions": frozenset(Instruction[name] for name in content["instructions"]),
-            }
-        )
+        instructions = [Instruction[name] for name in content["instructions"]]
+        table = {**content, "registers": _registers(content), "instructions": instructions}
+        model = filled(ServoModel, table, str(place))
         _check(model)
     except KeyError as error:
         raise ValueError(f"{place}: {error} is missing or unknown") from error
     except (TypeError, ValueError, OverflowError, AttributeError) as error:
-        raise ValueError(f"{place}: {error}") from error
+        raise ValueError(str(error) if str(place) in str(error) else f"{place}: {error}") from error
     return model
 
 
@@ -244,11 +234,5 @@ def _check(model: ServoModel) -> None:
         raise ValueError(f"no register and nothing instead for {', '.join(missing)}")
     if unknown := {*model.power_up, *model.power_up.values()} - model.registers.keys():
         raise ValueError(f"power_up names unknown registers: {', '.join(sorted(unknown))}")
-    if unknown := set(model.modes) - set(MODES):
-        raise ValueError(f"modes are {', '.join(MODES)}, not {', '.join(sorted(unknown))}")
-    if not 0.0 < model.span_deg <= 360.0 or model.resolution < 2 or model.byte_order not in ("little", "big"):
-        raise ValueError("span_deg is 0 to 360, resolution at least 2, byte_order little or big")
-    if not 0.0 < model.speed_unit_counts < math.inf or not all(rate > 0 for rate in model.baud_rates):
-        raise ValueError("speed_unit_counts and baud_rates are positive")
     if model.places["baud"].default >= len(model.baud_rates):
         raise ValueError(f"the factory's baud register has no rate in {model.baud_rates}")

@@ -32,6 +32,7 @@ class Toy:
     named: Mapping[str, float] = field(default_factory=dict)
     file: Path = Path()
     turn: Literal[1, -1] = 1
+    modes: tuple[Literal["a", "b"], ...] = ()
 
 
 @given(st.floats(-9, 9), st.integers(0, 9), st.booleans(), st.lists(st.floats(-9, 9), min_size=2, max_size=2))
@@ -46,7 +47,7 @@ MISTAKES = {
     "= 3": "toy is not TOML",
     "a = " + "[" * 100_000: "toy is not TOML",
     "": "toy: missing key `slack_m`",
-    "slack = 1.0": r"toy: unknown key `slack`; did you mean `slack_m`\? known are slack_m, turns, .*, turn",
+    "slack = 1.0": r"toy: unknown key `slack`; did you mean `slack_m`\? known are slack_m, turns, .*, modes",
     "slack_m = true": "toy.slack_m: expected `float`, got `bool`",
     "slack_m = nan": "toy.slack_m must be finite, not nan",
     "slack_m = 1\nturns = 1.5": "toy.turns: expected `int`, got `float`",
@@ -55,6 +56,7 @@ MISTAKES = {
     "slack_m = 1\nradii_m = [1, 'a']": r"toy.radii_m\[1\]: expected `float`, got text",
     "slack_m = 1\nside = 'third'": "toy.side is one of right, left, not 'third'",
     "slack_m = 1\nturn = 2": "toy.turn is one of 1, -1, not 2",
+    "slack_m = 1\nmodes = ['a', 'c']": r"toy.modes\[1\]: invalid enum value 'c'",
     "slack_m = 1\nfile = 3": "toy.file: .*int",
     "slack_m = 1\ninner = 3": "toy.inner: expected a table, got `int`",
     "slack_m = 1\n[inner]\ndepth = 1": "toy.inner: unknown key `depth`; did you mean `depth_m`",
