@@ -112,7 +112,7 @@ def ranked(
     paths.append(paths[-1].with_name(AVERAGE + paths[-1].name))
     normaliser, networks = jax.eval_shape(lambda key: untrained(networks_of(recipe), key), jax.random.PRNGKey(0))
     template = (normaliser, networks.policy, networks.value)
-    of_training = load(folder / f"{recipe.name}.npz").provenance  # kept whatever program selects
+    of_training = load(folder / f"{recipe.name}.npz").provenance  # identical whatever program selects
     found = []
     with hands_to_measure(stage, settings, (HELD_OUT_SEED, standing.seed), HELD_OUT, threads=threads) as hands:
         for path in paths:

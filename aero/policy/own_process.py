@@ -107,7 +107,7 @@ def _is_own(filename: str) -> bool:
 
 
 def _onnx(path: str) -> tuple[str, Callable[[], Actor]]:
-    """Return the path, and a factory of a function to the first output of an ONNX model with one (1, n) input."""
+    """Return the path and a loader of an ONNX model: one (1, n) input, of which the first output is used."""
     with suppress(ImportError):  # Windows
         import resource  # noqa: PLC0415
 

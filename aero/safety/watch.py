@@ -124,7 +124,7 @@ class Lateness:
     """Record of late polls and late replies in the last `kept_s` (s)."""
 
     def __init__(self, kept_s: float, piece_s: float) -> None:
-        """Keep delays for `kept_s` (s); `piece_s` (s) is the normal lateness of an idle program's polls."""
+        """Keep delays for `kept_s` (s); `piece_s` (s) is the poll delay of an idle program."""
         self._kept_s = kept_s
         self._piece_s = piece_s
         self._delays: deque[tuple[float, str, float]] = deque()

@@ -32,7 +32,7 @@ class Contender:
     version: str = DEFAULT_VERSION
     program: Path | None = None
     servos: ServoParameters = HLS3606M
-    """Parameters of the emulated servos behind it."""
+    """Parameters of the emulated servos that the firmware drives."""
 
 
 def contender(name: str, hand: HandSide) -> Contender:

@@ -42,7 +42,7 @@ class Passing:
 
 
 class ProgramEnd(Passing):
-    """Program's end of a link with a port that may disappear and a host that may stall the program."""
+    """Program's end of a link, with the faults of a disappearing port and a stalling host."""
 
     def __init__(self, behind: Transport, clock: Clock, assembly: HandAssembly) -> None:
         """Wrap a transport with the host faults of an assembly."""

@@ -51,7 +51,7 @@ Fields = dict[str, Any]
 
 
 def fields_of(target: str) -> Fields:
-    """Return the fields for a name (first file that has it wins), a port or an emulated hand.
+    """Return the fields for a name (from the first file that has it), a port or an emulated hand.
 
     Raises:
         ValueError: an error in a file, or neither a known name nor an existing port.

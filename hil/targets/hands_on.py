@@ -20,7 +20,7 @@ from hil.faults.workbench import Workbench
 COMMAND = "command"
 """First word of a command that moves a channel like a host: `command ring 40`, in per cent of its window."""
 IDLE_S = 2.0
-"""Silence of programs after which the page may command the hand, s."""
+"""Time without bytes from a program, s, after which the page may command the hand."""
 ARRIVES_S = 0.1
 """Time until a command of the page is in the servos' registers, s; earlier commands build on the previous one."""
 LARGEST = 4096

@@ -30,7 +30,7 @@ from hil.targets.hands_on import HandsOn
 from model.units.plausible import unit_named
 
 NEVER_FIRED = "never-fired"
-"""First word of the child's line about a fault without effect."""
+"""First word of the child's line that reports a fault without effect."""
 ACTED = "acted"
 """First word of the child's answer to an act; JSON of the bench state and the refusal follows."""
 
@@ -69,14 +69,14 @@ class ServedHand:
 
 
 def spec_text(spec: HandSpec) -> str:
-    """Return the argument of the child that serves a hand."""
+    """Return the specification of a hand as JSON text, the argument of the child process."""
     fields = {name: getattr(spec, name) for name in ("firmware", "side", "unit", "seed", "homed")}
     program = None if spec.firmware_program is None else str(spec.firmware_program)
     return json.dumps(fields | {"firmware_program": program, "faults": [*map(str, spec.faults)]})
 
 
 def spec_of(text: str) -> HandSpec:
-    """Return the hand of `spec_text`."""
+    """Parse the text of `spec_text`."""
     fields = json.loads(text)
     return HandSpec("pty", **fields | {"faults": tuple(map(parse_fault, fields["faults"]))})
 

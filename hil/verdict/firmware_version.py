@@ -21,7 +21,7 @@ OF_THE_MAP = {
 }
 """Readings that depend on the named version's map and so cannot identify another version."""
 OF_THE_TORQUE = {("excursion", "stop_current")}
-"""Readings that depend on the torque limit, which is set to the named version's."""
+"""Readings that depend on the torque limit, which a validation sets to the declared version's default."""
 OF_THE_TEXT = {"session", "presence"}
 """Experiments independent of the version except for limits and boot text, which have their own findings."""
 TELLING = {("coupling", "stop_without_abduction"), ("excursion", "closed_percent"), ("response", "telemetry_period")}
@@ -50,7 +50,7 @@ def reads_as(numbers: Mapping[str, Measured], named: str, *, guarded: bool) -> s
 def other_versions(
     numbers: Mapping[str, Measured], off: Mapping[Key, float | None], named: str, others: Mapping[str, Sequence[Limit]]
 ) -> tuple[str, ...]:
-    """Return the versions, each the oldest of those that move alike, as which a run reads as a healthy hand."""
+    """Return the versions for which the run's readings are those of a healthy hand, one per version group."""
     return tuple(version for version, limits in others.items() if _reads_as(numbers, off, named, version, limits))
 
 

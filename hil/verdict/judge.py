@@ -36,7 +36,7 @@ from hil.verdict.suspects import THUMB, Isolation, RunSigns, isolate
 BAD_S = 0.05
 """Threshold of this computer's scheduling delay, s; above it a stretch counts as busy."""
 BUSY_STRETCHES = 3
-"""Threshold of the number of busy stretches, or of experiments that were late throughout; from it there is no verdict.
+"""Threshold of the number of busy stretches, or of experiments late throughout; from it the run has no verdict.
 
 A stretch is one channel, or the hand, in one experiment.
 """

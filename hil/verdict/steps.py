@@ -56,7 +56,7 @@ class FailureMode:
     of_hand: bool = False
     """Whether the mode concerns the hand as a whole."""
     unplaced: bool = False
-    """Whether the mode is of a servo on an unknown channel."""
+    """True for a failure mode of a servo on an unknown channel."""
 
 
 Candidate = tuple[FailureMode, Channel | None]

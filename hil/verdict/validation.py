@@ -164,7 +164,7 @@ ONE_HAND = ("hand", "firmware", "window", "unit", "hand_id", "faults")
 
 
 def require_one_run(named: Mapping[str, Recording]) -> None:
-    """Raise unless recordings (by file name) are of one hand and each of another experiment.
+    """Check that recordings, by file name, are of one run: one hand, and one recording per experiment.
 
     Raises:
         NotOneHandError: two recordings disagree; the message names them.

@@ -75,7 +75,7 @@ def _guarded(token: str, head: str, answer: HttpAnswer) -> HttpAnswer:
             response = connection.respond(HTTPStatus.FORBIDDEN, "The address that aero-hil printed has a token.\n")
         else:
             if is_page:
-                request.headers.pop("Accept-Encoding", None)  # the head is changed in plain text
+                request.headers.pop("Accept-Encoding", None)  # the page's head must be uncompressed to be changed
             response = answer(connection, request)
         if response is not None:  # None upgrades the connection to a WebSocket
             if is_page:

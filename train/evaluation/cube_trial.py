@@ -1,4 +1,4 @@
-"""Trial of a policy on a hand with a cube, through every byte: survival and rotation rate."""
+"""Trial of a policy on an emulated hand with board, bus and cube: survival and rotation rate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trials through every byte: their cases, execution on all cores, and summary figures."""
+"""Trials on emulated hands with board and bus: their cases, execution on all cores, and summary figures."""
 
 from __future__ import annotations
 

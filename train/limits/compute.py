@@ -117,7 +117,7 @@ def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance:
 
 
 def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
-    """Return one common limit where guarded and unguarded hands read alike or are few, else two limits."""
+    """Return a common limit if guarded and unguarded hands have similar or few readings, else two limits."""
     guarded = {limit.firmware: limit for limit in weaker}
     found = []
     for limit in free:

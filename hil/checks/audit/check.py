@@ -46,7 +46,7 @@ def measure(recording: Recording) -> Measured:
         start, nudged = (last_before(codes.times, codes.values, t) for t in (step.start, step.end))
         moved = (nudged - start) / (NUDGE * MAX_CODE) * 100.0
         others = np.delete(moved, step.channel)
-        # Currents are sampled slowly; a sample after the opening command is not one of the nudge.
+        # Currents are sampled slowly, so the last sample before the opening command is used.
         before, pulled = (last_before(currents.times, pull, t)[step.channel] for t in (step.start, step.end))
         found[Channel(step.channel).label] = {
             "followed": float(moved[step.channel]),

@@ -101,7 +101,7 @@ class MotionRole(Enum):
 
 @dataclass(frozen=True)
 class Check:
-    """Bound on one metric for subjects with like readings, and the input of its computed limits."""
+    """Bound on one metric for subjects with similar readings, and the input of its computed limits."""
 
     experiment: str
     metric: str
@@ -144,7 +144,7 @@ class Column:
     title: str
     digits: int
     count: bool = False
-    """Whether the number counts things."""
+    """True for a count, displayed as an integer."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ class Published:
 
 @dataclass(frozen=True)
 class Metric:
-    """Number that a check measures on subjects with like readings."""
+    """Number that a check measures on subjects with similar readings."""
 
     name: str
     """Name in `checks.json` and in the limits."""

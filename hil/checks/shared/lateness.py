@@ -27,11 +27,11 @@ Above the first, times out of limits are not judged; above the second, no times.
 is 0.02 to 0.5, on an idle computer 0.
 """
 LEAST_SAMPLES = 10
-"""Smallest number of readings that define a program's rhythm."""
+"""Smallest number of encoder readings for detecting delays from their times."""
 FEW = 0.02
 """Threshold of the fraction of late replies; above it they count as a fault of link or board, not of the computer."""
 BUSY = 3
-"""Number of recorded program delays above `LATE_S`; from it all late replies are attributed to the computer.
+"""Threshold of the number of program delays above `LATE_S`; from it all late replies are attributed to the computer.
 
 An emulated board runs on the busy computer too.
 """

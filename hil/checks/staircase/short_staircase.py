@@ -24,7 +24,7 @@ from hil.targets.target import Target
 from model import RoutedHand
 
 STEP = 0.05
-"""Step height, fraction of the range; as each of the paper's twenty levels."""
+"""Step height, fraction of the range; equal to one of the paper's twenty levels."""
 STEPS = (0, 1, 2, 1, 0)
 """Sequence of levels above the grasp before the channel opens again."""
 HOLD_S, LEAD_S = 0.6, 0.6
