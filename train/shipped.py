@@ -1,4 +1,4 @@
-"""Provenance of the shipped files: command, inputs and commit of each artefact, checked against Git.
+"""`python -m train.shipped`: command, inputs and commit of each shipped file, checked against Git.
 
 Comments, docstrings and formatting of Python and TOML inputs are ignored, so an edit of prose leaves every artefact up
 to date. Other inputs are compared byte for byte.
@@ -8,19 +8,26 @@ from __future__ import annotations
 
 import ast
 import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+import click
 import tomli_w
 
+from aero.exit_code import Exit
 from aero.whole_file import write_whole
 from aero_hil_toml import filled, parsed
+from hil.cli.exits import run_module, usage_errors
+from hil.cli.output import echo
 
 ROOT = Path(__file__).parents[1]
 TABLE = Path(__file__).with_name("shipped.toml")
-HEAD = "# What ships, and what made it; train/shipped.py explains it, `aero-hil shipped` checks and updates it.\n\n"
+HEAD = (
+    "# What ships, and what made it; train/shipped.py explains it, `python -m train.shipped` checks and updates it.\n\n"
+)
 
 
 class NoHistoryError(ValueError):
@@ -150,3 +157,34 @@ def _git(root: Path, *arguments: str) -> bytes:
     except (OSError, subprocess.CalledProcessError) as error:
         raise NoHistoryError(f"{root} is not a checkout with its history: {error}") from error
     return done.stdout
+
+
+@click.command()
+@click.option("--check", is_flag=True, help="Print only outdated files; exit with 1 if there are any.")
+@click.option("--made", "file", metavar="FILE", help="Mark FILE as made by the checked-out commit.")
+@click.option("--reason", default="", help="With --made: reason why the changes since then are harmless.")
+def shipped(*, check: bool, file: str | None, reason: str) -> None:
+    """List the shipped files with the command and commit that made them, and the outdated ones.
+
+    Requires a checkout with complete history.
+    """
+    with usage_errors():
+        artefacts = load()
+        if file is not None:
+            artefacts = made(artefacts, file, reason)
+            store(artefacts, TABLE)
+        wrong = 0
+        for artefact in artefacts:
+            found = list(problems(artefact))
+            wrong += bool(found)
+            if found or not check:
+                echo(f"{', '.join(artefact.files)}: {artefact.command}, commit {artefact.commit}")
+            for line in found:
+                echo(f"  {line}")
+            if artefact.reason and not check:
+                echo(f"  inputs changed until {artefact.until}: {artefact.reason}")
+    sys.exit(Exit.OUT_OF_LIMITS if check and wrong else 0)
+
+
+if __name__ == "__main__":
+    run_module(shipped)

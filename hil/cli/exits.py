@@ -181,6 +181,11 @@ def _show_notes(error: BaseException | None) -> None:
         echo(note, err=True)
 
 
+def run_module(command: click.Command) -> None:
+    """Run a maintainers' command, `python -m MODULE`, with the exit codes of `aero-hil`."""
+    run(lambda: command.main(standalone_mode=False))
+
+
 def run(command: Callable[[], Any]) -> None:
     """Run a command line and end the program with the resulting exit code."""
     try:

@@ -1,7 +1,7 @@
 """Limits as data, and the comparison of readings with limits.
 
 `hil/data/limits.csv` has a row for each metric of an experiment, subjects with like readings (channels, or `hand`) and
-firmware; `hil/data/population.toml` names the hands that `aero-hil limits make` used. Fixed bounds are in the check's
+firmware; `hil/data/population.toml` names the hands that `python -m train.limits` used. Fixed bounds are in the check's
 own `checks.toml`.
 """
 

@@ -27,7 +27,7 @@ def history():
 
 @pytest.mark.parametrize("artefact", ARTEFACTS, ids=lambda one: one.files[0])
 def test_an_artefact_is_up_to_date_or_says_why(artefact):
-    """Make it anew, then `aero-hil shipped --made FILE`; or give the reason with `--reason`."""
+    """Make it anew, then `python -m train.shipped --made FILE`; or give the reason with `--reason`."""
     assert list(problems(artefact)) == []
     assert artefact.command
 

@@ -6,8 +6,6 @@ from hil.cli.command_table import Command
 
 COMMANDS: dict[str, Command] = {
     "campaign": Command("train.cli.campaign:campaign", "Validate many emulated hands, healthy and faulty.", "campaign"),
-    "limits": Command("train.cli.limits:limits", "Compute the limits from healthy hands.", "campaign"),
-    "shipped": Command("train.cli.shipped:shipped", "List the shipped files that are out of date."),
     "calibrate": Command("train.cli.calibrate:calibrate_command", "Fit a unit to recordings of a hand."),
     "record": Command("train.cli.record:record_command", "Excite a hand and record it for calibration."),
     "train": Command("train.cli.train:train", "Train a policy."),

@@ -1,7 +1,7 @@
 """Declaration of a check: `checks.toml` in its folder, with one table for each measured number.
 
 A `[[metric]]` defines a number; a subject or a group of subjects under `on` overrides keys. The subjects of a group
-have similar readings, so they share one limit, computed by `aero-hil limits`.
+have similar readings, so they share one limit, computed by `python -m train.limits`.
 
 | key | meaning |
 |---|---|

@@ -120,7 +120,7 @@ def test_a_row_of_the_table_becomes_a_limit_and_is_written_as_it_was():
 
 
 def test_the_limits_are_those_of_the_checks():
-    """Change a check or the population, then make the limits again with `aero-hil limits make`."""
+    """Change a check or the population, then make the limits again with `python -m train.limits`."""
     for version in ("pre", "0.1.1", "0.1.2", "0.1.5", "0.2.0"):
         checks = [check for check in CHECKS if not check.firmware or version in check.firmware]
         limits = load_limits(version)

@@ -1,5 +1,7 @@
 """The population that limits are made from, and how well limits hold hands that they were not made from."""
 
+import subprocess
+import sys
 import tomllib
 from collections import Counter
 from dataclasses import replace
@@ -10,10 +12,10 @@ from outcomes import numbers, outcome
 
 from aero.firmware import VERSION_GROUPS
 from hil.checks import DEFAULT
-from hil.cli import main
 from hil.verdict.limits import TABLE, load_limits, parse_limits
 from train.campaign.store import opened
 from train.campaign.trial import perform
+from train.limits.__main__ import limits
 from train.limits.population import drawn, held_out
 
 WHOLE = [trial for trial in drawn() if trial.experiments == DEFAULT]
@@ -42,7 +44,7 @@ def test_a_beginning_of_the_population_has_each_firmware_in_its_share(part):
 def test_the_table_says_what_it_was_made_from():
     assert PROVENANCE["hands"] == len(drawn())
     assert PROVENANCE["seeds"] == [min(t.seed for t in drawn()), max(t.seed for t in drawn())]
-    assert PROVENANCE["command"].startswith("aero-hil limits make")
+    assert PROVENANCE["command"].startswith("python -m train.limits")
     assert PROVENANCE["commit"]
     flagged, judged = PROVENANCE["flagged_by_the_others"]
     assert judged == len(drawn())
@@ -52,7 +54,7 @@ def test_the_table_says_what_it_was_made_from():
 @pytest.mark.slow
 @pytest.mark.parametrize("place", [2, 3, 317])
 def test_a_hand_of_the_population_reads_within_the_range_of_the_table(place):
-    """A reading that moved says that the table is out of date: `aero-hil limits make`."""
+    """A reading that moved says that the table is out of date: `python -m train.limits`."""
     trial = WHOLE[place]
     measured = perform(trial).numbers
     moved = {
@@ -84,7 +86,7 @@ def test_a_campaign_that_is_complete_makes_a_table_that_holds_it(tmp_path, monke
     with opened(tmp_path / "campaign") as store:
         for trial in drawn():
             store.add(outcome(trial, numbers=numbers(trial.seed // 16 % 4)))
-    result = CliRunner().invoke(main, ["limits", "make", "--out", str(tmp_path / "campaign")])
+    result = CliRunner().invoke(limits, ["--out", str(tmp_path / "campaign")])
     assert result.exit_code == 0, result.output
     assert f"flag 0 of the other {len(drawn())}" in result.output
     made = parse_limits((tmp_path / "campaign" / "limits.csv").read_text())
@@ -99,8 +101,9 @@ def test_a_store_of_another_commit_is_refused(tmp_path):
     with opened(tmp_path) as store:
         store.add(outcome(drawn()[0]))
     before = (tmp_path / "campaign.duckdb").read_bytes()
-    result = CliRunner().invoke(main, ["limits", "make", "--out", str(tmp_path)])
-    assert result.exit_code == 2
-    assert "has runs of commit 'abc', this program is of" in result.output
+    command = [sys.executable, "-m", "train.limits", "--out", str(tmp_path)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert result.returncode == 2
+    assert "has runs of commit 'abc', this program is of" in result.stderr
     assert (tmp_path / "campaign.duckdb").read_bytes() == before
     assert not (tmp_path / "limits.csv").exists()

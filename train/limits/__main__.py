@@ -1,4 +1,4 @@
-"""`aero-hil limits make`: population of healthy hands, their validation, and the limits computed from both."""
+"""`python -m train.limits`: population of healthy hands, their validation, and the limits computed from both."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import tomli_w
 
 from aero.whole_file import write_whole
 from hil.checks import CHECKS
-from hil.cli.exits import usage_errors
+from hil.cli.exits import run_module, usage_errors
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_folder
 from hil.verdict.limits import limits_text
@@ -20,15 +20,10 @@ from train.cli.campaign import Workers, execution_options, run_trials
 from train.limits.compute import FALSE_ALARMS, computed_limits
 from train.limits.population import GENERATOR, drawn, healthy_hands_of, held_out
 
-COMMAND = "aero-hil limits make --out build/limits --data hil/data"
+COMMAND = "python -m train.limits --out build/limits --data hil/data"
 
 
-@click.group()
-def limits() -> None:
-    """Compute the limits of the verdict from healthy hands."""
-
-
-@limits.command()
+@click.command()
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), required=True,
     help="Folder of the campaign; an interrupted one is resumed.",
@@ -38,8 +33,8 @@ def limits() -> None:
     help="Folder of limits.csv and population.toml, default: OUT; `hil/data` updates a checkout.",
 )  # fmt: skip
 @execution_options
-def make(*, out: Path, data: Path | None, workers: Workers) -> None:
-    """Draw the population, validate each hand, and compute a limit for each check, subject and firmware.
+def limits(*, out: Path, data: Path | None, workers: Workers) -> None:
+    """Draw a population of healthy hands, validate each, and compute a limit for each check, subject and firmware.
 
     The seeds of the hands are fixed, so a program version always computes the same table, in an hour on two
     cores. The cross-validated number of false alarms is printed.
@@ -75,3 +70,7 @@ def provenance_text(outcomes: Sequence[Outcome], flagged: int, judged: int) -> s
     }
     head = "# What limits.csv was made from; train/limits/population.py draws the hands.\n"
     return head + tomli_w.dumps(table)
+
+
+if __name__ == "__main__":
+    run_module(limits)
