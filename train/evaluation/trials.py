@@ -154,9 +154,9 @@ class Deployment:
 @cache
 def load_deployments() -> dict[str, Deployment]:
     """Return the deployments of `deployments.toml` by name."""
-    file = files("train") / "evaluation" / "deployments.toml"
-    table = parsed(file.read_text(encoding="utf-8"), file.name)
-    return {name: filled(Deployment, row | {"name": name}, f"{file.name}, [{name}]") for name, row in table.items()}
+    text = (files("train") / "evaluation" / "deployments.toml").read_text(encoding="utf-8")
+    rows = parsed(text, "deployments.toml").items()
+    return {name: filled(Deployment, row | {"name": name}, f"deployments.toml, [{name}]") for name, row in rows}
 
 
 def run_trials(
