@@ -23,7 +23,7 @@ from click.core import ParameterSource
 from aero.exit_code import STOPPING, Exit
 from aero.printable import printable
 from hil.cli.missing import is_ours, other_package
-from hil.cli.output import echo
+from hil.cli.output import echo, survive_closed_streams
 from hil.recordings.errors import (
     FULL_DISK,
     CannotBeMeasuredError,
@@ -183,6 +183,7 @@ def _show_notes(error: BaseException | None) -> None:
 
 def run_module(command: click.Command) -> None:
     """Run a maintainers' command, `python -m MODULE`, with the exit codes of `aero-hil`."""
+    survive_closed_streams()
     run(lambda: command.main(standalone_mode=False))
 
 
