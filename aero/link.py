@@ -279,7 +279,7 @@ class HostLink:
                 return reply
 
     def _comes_next(self, opcode: Opcode, timeout_s: float) -> bool:
-        """Return whether the next reply is to `opcode`, without stray bytes before it."""
+        """Return whether the next reply is to `opcode` and no stray bytes precede it."""
         self._stray = b""
         reply = self._take(timeout_s)
         return reply is not None and reply.opcode == opcode and not self._stray

@@ -157,7 +157,7 @@ class EnvironmentStep(NamedTuple):
 
 
 class CubeEnvironment:
-    """Batch of cube tasks, sized by the starts and the models of the advance function."""
+    """Batch of cube tasks; the starts and models of the advance function give its size."""
 
     def __init__(self, task: Task, advance: Advance, turning: TurningWeight | None = None) -> None:
         """Create environments that step by `advance` and weight each hand's rotation reward by `turning`."""

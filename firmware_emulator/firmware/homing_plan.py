@@ -80,7 +80,7 @@ class Limits(Enum):
     WINDOW = auto()
     """Removed before the search, set to the window plus a margin afterwards."""
     OPEN = auto()
-    """Removed before the search and not restored."""
+    """Removed before the search; stays removed."""
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,7 @@ class LoopSettings(NamedTuple):
         )
 
     def differs_by_setpoint(self, other: LoopSettings) -> bool:
-        """Return whether both settings follow a setpoint and differ in nothing else that `drive` uses."""
+        """Return whether both settings follow a setpoint and only the setpoint differs for `drive`."""
         return self.enable == ON and self.mode in (POSITION, SPEED) and self._of_drive == other._of_drive
 
     @property

@@ -347,7 +347,7 @@ class Workbench:
             self._take(fault)
         for fault in moved:
             there = swap[fault.where]
-            # Not ID faults: an exchange sets the IDs.
+            # ID faults do not move, because an exchange sets the IDs.
             if there in fault.fault.channels and fault.fault.excludes != "id":
                 self._put(replace(fault, channel=there))
 

@@ -19,7 +19,7 @@ def why(case: DiagnosisCase, proposal: Proposal) -> str:
     """Return the reason for a step: the suspects, and the part that each outcome would show."""
     step, told = proposal.step, []
     for outcome in step.outcomes:
-        # FREED shows the part that GONE shows, with more certainty.
+        # FREED is omitted: it shows the same part as GONE, with more certainty.
         if outcome is StepOutcome.FREED or outcome not in step.convicts:
             continue
         shown = {

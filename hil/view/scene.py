@@ -27,7 +27,7 @@ JUST_LOOSE_M = 2.0 * math.pi * SPOOL_RADIUS / COUNTS_PER_TURN
 CABLE_M = 3.0 * CABLE_WIDTH
 """Drawn diameter of a cable, m: 1.5 times that in pictures of the model."""
 CABLE_POINTS = 16
-"""Points a cable path is padded to, two a pulley, so that the number of segments is constant."""
+"""Number of points of every padded cable path, two per pulley; constant, as the number of segments must be."""
 STILL_M = 1e-5
 """Threshold of cable motion, m; below it no update is sent."""
 COMMANDED_OPACITY, PAD_OPACITY = 0.45, 0.22

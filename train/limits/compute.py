@@ -58,7 +58,7 @@ class Healthy:
     population: Readings
     """Readings for the tail fit."""
     guarded: bool = False
-    """Whether the guard limits these hands, which makes them weaker at their stops."""
+    """Whether these hands are guarded; a guard limits the force at their stops."""
 
 
 def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
