@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import cache
 
 import hil
 from aero.channels import Channel
 from figures import Rows
-from hil.checks import EXPERIMENTS
+from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.excursion.check import simulated_fist
 from hil.checks.staircase.tracking import staircase_metrics
+from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.validation import validate
 
 STAIRCASE, EXCURSION = EXPERIMENTS["staircase"], EXPERIMENTS["excursion"]
 HANDS = (("paper", "pre"), ("reference", "pre"), ("reference", "0.2.0"))
 """Unit and firmware; the first is the paper's own hand."""
+UNITS = [(unit, firmware) for unit in ("reference", "paper", "ideal") for firmware in ("pre", "0.2.0")]
+JUDGED = [name for name in EXPERIMENTS if name in DEFAULT or name == "short_staircase"]
+"""Experiments of `pytest tests/hil`."""
+SUBJECTS = {**{channel.label: channel.title for channel in Channel}, "hand": "hand"}
 
 
 @cache
@@ -72,4 +78,17 @@ def excursion() -> Rows:
     return rows
 
 
-TABLES = (staircase, excursion)
+def units() -> Rows:
+    """Checks out of limits by unit, firmware and channel; experiments that follow a failed one run all the same."""
+    rows = [["unit", "firmware", "out of limits", *SUBJECTS.values()]]
+    for unit, firmware in UNITS:
+        with hil.open_target("emulated", unit=unit, firmware=firmware, seed=0, homed=True) as target:
+            found = [finding for name in JUDGED for finding in validate(target, [name]).findings]
+        by_subject = Counter(finding.subject for finding in failed(found))
+        assert by_subject.keys() <= SUBJECTS.keys()
+        counts = (str(by_subject[subject] or "") for subject in SUBJECTS)
+        rows.append([f"`{unit}`", firmware, f"{by_subject.total()} of {len(found)}", *counts])
+    return rows
+
+
+TABLES = (staircase, excursion, units)
