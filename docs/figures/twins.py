@@ -1,4 +1,4 @@
-"""Fit twins of drawn hands by the commands that a user types: `python -m figures.twins FOLDER`, for docs/calibration.md.
+"""Fit twins of drawn hands by the command line: `python -m figures.twins FOLDER`, for docs/calibration.md.
 
 A hand is recorded twice with different noise; the twin is fitted to one recording and scored on the other.
 """

@@ -11,20 +11,20 @@ THUMB = {
     "excursion/closed_percent",
     "excursion/fist_travel",
     "excursion/stop_current",
-    "holding/holding_current",
     "staircase/excursion_hand",
-    "staircase/spring",
 }
 """What a thumb that moves as published, and not as the measured hands do, cannot pass."""
 KNOWN = {
-    "paper": THUMB | {"audit/followed", "staircase/friction", "staircase/spring_shape"},
+    "paper": THUMB | {"audit/followed", "holding/holding_current", "replay/replay_delay", "staircase/spring_shape"},
     "ideal": THUMB
     | {
         "audit/followed",
-        "audit/pull",
+        "audit/others_moved",
+        "coupling/stop_abducted",
         "replay/replay_delay",
         "staircase/friction",
         "staircase/overshoot_hand_percent",
+        "staircase/spring",
         "staircase/spring_shape",
     },
 }
