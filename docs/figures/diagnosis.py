@@ -49,10 +49,10 @@ def drawn(seed: int) -> list[tuple[Injection]]:
 
 
 ALL = (
-    PlayedSet("faults of the catalogue", 471_000, drawn(471_000)),
-    PlayedSet("strangers, the third set", 452_000, [(one,) for one in THIRD]),
-    PlayedSet("strangers, the fourth set", 456_000, [(one,) for one in FOURTH]),
-    PlayedSet("strangers, the fifth set", 470_000, [(one,) for one in FIFTH]),
+    PlayedSet("drawn faults of the catalogue, unseen", 471_000, drawn(471_000)),
+    PlayedSet("strangers, the third set, seen", 452_000, [(one,) for one in THIRD]),
+    PlayedSet("strangers, the fourth set, seen", 456_000, [(one,) for one in FOURTH]),
+    PlayedSet("strangers, the fifth set, unseen", 470_000, [(one,) for one in FIFTH]),
     PlayedSet("no fault", 474_000, [()] * HEALTHY),
 )
 
