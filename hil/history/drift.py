@@ -137,7 +137,9 @@ def _drift(track: Track, chance: float) -> Drift | None:
     # Not by the slope's interval, which for five runs ends at the steepest pair at any confidence level.
     if not kendalltau(days, values).pvalue <= chance:
         return None
-    slope, intercept, low, high = theilslopes(values, days, alpha=CONFIDENCE)
+    slope, _, low, high = theilslopes(values, days, alpha=CONFIDENCE)
+    # SciPy's line goes through the medians of days and values, which a trend makes uncertain.
+    intercept = np.median(values - slope * days)
     bound = track.limit.at_most if slope > 0.0 else track.limit.at_least
     if not math.isfinite(bound):
         return None

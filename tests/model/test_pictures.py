@@ -97,7 +97,7 @@ def test_a_film_that_cannot_be_is_refused_in_one_line(turned, tmp_path, monkeypa
     assert (refused.exit_code, refused.output.count("\n")) == (2, 1)
     assert "a film: nothing can be drawn here" in refused.output
     assert list(tmp_path.iterdir()) == []
-    monkeypatch.setattr("hil.cli.export.check_drawing", lambda _asked: None)
+    monkeypatch.setattr("model.pictures.check_drawing", lambda _asked: None)
     recording = read_recording(turned)
     posture = recording["posture"]
     assert posture.values.shape == (20, 23)

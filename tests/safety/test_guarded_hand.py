@@ -226,7 +226,7 @@ def test_a_servo_that_falls_off_the_bus_stops_the_hand():
         wait(target, 1.0)
         servos = target.get(GroundTruth).electronics.bus.servos
         servos.pop()
-        with stops(SafetyReason.STALE, None, r"repeated to the last digit.*SUPPLY OFF.*readings stand still"):
+        with stops(SafetyReason.STALE, None, r"repeated to the last digit.*SUPPLY OFF.*readings do not change"):
             wait(target, 1.0)
         assert torque_limits(target)[:6] == [LIMP] * 6
 

@@ -17,7 +17,6 @@ from hil.targets.target import GroundTruth
 from model.cube_plant import CubePlant, CubeWatch
 
 
-
 @dataclass(frozen=True)
 class CubeTrial:
     """Result of one trial."""

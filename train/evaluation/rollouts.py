@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aero.floats import Floats
 from aero.policy.file import Policy
 from aero.policy.settings import PolicySettings
 from aero.policy.task import CHANNELS, targets
 from model.scene import SETTLING_S
 from train import actuation
-from aero.floats import Floats
-from train.simulator import (Simulator, StopCheck, positions, velocities,)
+from train.simulator import Simulator, StopCheck, positions, velocities
 from train.task import Task, begin, command, draw_starts, finish, observed, unpack
 
 

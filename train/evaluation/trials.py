@@ -14,18 +14,18 @@ import numpy as np
 from scipy.stats import bootstrap
 
 from aero.channels import CABLES, Channel
+from aero.floats import Floats
 from aero.policy.file import Policy
 from aero.policy.running import Ending, RunSettings
 from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
-from aero_hil_toml import filled, parsed
 from aero.side import Side
-from hil.targets.hand_spec import (HandSpec,)
+from aero_hil_toml import filled, parsed
+from hil.targets.hand_spec import HandSpec
 from model.scene import CUBE, Cube, any_cube
 from model.units.cable_correction import NONE, TYPICAL, named_correction
 from model.units.plausible import PLAUSIBLE
-from aero.floats import Floats
-from train.evaluation.cube_trial import (CubeTrial, run_trial,)
+from train.evaluation.cube_trial import CubeTrial, run_trial
 from train.share import CONFIDENCE, Share
 from train.task import HARDLY_RAD_S
 from train.workers import usable_cores, worker_processes

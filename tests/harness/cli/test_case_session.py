@@ -97,7 +97,7 @@ def test_a_newcomer_sees_a_whole_case_on_the_emulated_hand_of_the_run(tmp_path):
     run = ["--only", "presence", "--only", "audit", "--fault", "motor_dead:ring", "--out", str(tmp_path)]
     CliRunner().invoke(main, ["validate", *run])
     put_down = CliRunner().invoke(main, ["diagnose", str(tmp_path)], input="n\nn\n\nn\n\n")
-    assert "takes it up" in put_down.output
+    assert "the same command resumes" in put_down.output
     assert len(read_case(tmp_path).case.done) == 1
     ended = CliRunner().invoke(main, ["diagnose", str(tmp_path)], input=BY_HELP)
     assert ended.exit_code == Exit.OUT_OF_LIMITS

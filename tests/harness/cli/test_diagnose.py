@@ -87,7 +87,7 @@ def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):
     monkeypatch.setattr(validation, "_run", interrupt)
     ended = diagnosed(folder, "n\n\n")
     assert ended.output.count("next step") == 1
-    assert "takes it up" in ended.output
+    assert "the same command resumes" in ended.output
     assert read_case(folder).case.done == ()
     assert "Open case" in (folder / "case.html").read_text()
 
@@ -103,7 +103,7 @@ def test_a_case_that_is_put_down_is_taken_up_where_it_was(tmp_path):
     folder = case_in(tmp_path, TO_BEND)
     put_down = diagnosed(folder, "n\n")
     assert put_down.exit_code not in (Exit.WITHIN_LIMITS, Exit.OUT_OF_LIMITS)
-    assert "takes it up" in put_down.output
+    assert "the same command resumes" in put_down.output
     assert read_case(folder).case.done == ()
     assert "what was measured" not in put_down.output
     assert list(read_case(folder).answers.values()) == ["no"]

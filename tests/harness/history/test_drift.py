@@ -45,7 +45,7 @@ def drifts(values, **said):
     return drifts_of(tracks_of(runs(values, **said)))
 
 
-@given(st.integers(0, 2**32 - 1), st.sampled_from([-1.0, 1.0]), st.floats(0.01, 0.1))
+@given(st.integers(0, 2**32 - 1), st.sampled_from([-1.0, 1.0]), st.floats(0.01, 0.07))
 def test_a_reading_that_wears_is_reported_before_its_limit_and_the_limit_is_met_when_said(seed, way, noise):
     noisy = np.random.default_rng(seed).normal(0.0, noise * HALF, TIMES)
     (drift,) = drifts(MIDDLE + way * np.linspace(0.0, 0.8, TIMES) * HALF + noisy)
