@@ -51,12 +51,19 @@ def filled(kind: type[T], table: Any, where: str) -> T:
 
     _check(kind, table, where)
     try:
-        return msgspec.convert(table, kind, dec_hook=lambda wanted, value: wanted(value))
+        return msgspec.convert(table, kind, dec_hook=_built)
     except msgspec.ValidationError as error:
         said, _, key = str(error).partition(" - at `$")
         for word, plain in PLAIN.items():
             said = said.replace(word, plain)
         raise ValueError(f"{where}{key.rstrip('`')}: {said[:1].lower()}{said[1:]}") from error
+
+
+def _built(kind: type, value: object) -> object:
+    """Return a value of a type that TOML lacks, such as a path."""
+    if not isinstance(value, str):
+        raise TypeError(f"expected text, got {value!r}")
+    return kind(value)
 
 
 def meant(name: str, known: Iterable[str]) -> str:

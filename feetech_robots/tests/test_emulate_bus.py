@@ -111,7 +111,7 @@ def test_a_file_that_is_no_robot_is_one_line_and_exit_code_2(tmp_path):
     file.write_text("mjcf = 3\n")
     refused = CliRunner().invoke(main, ["emulate-bus", str(file)])
     assert refused.exit_code == 2
-    assert refused.output.startswith(f"Error: {file}: a robot has mjcf")
+    assert refused.output.startswith(f"Error: {file}.mjcf: expected text, got 3")
     assert refused.output.count("\n") == 1
 
 
