@@ -57,7 +57,7 @@ MISTAKES = {
     "slack_m = 1\nside = 'third'": "toy.side is one of right, left, not 'third'",
     "slack_m = 1\nturn = 2": "toy.turn is one of 1, -1, not 2",
     "slack_m = 1\nmodes = ['a', 'c']": r"toy.modes\[1\]: invalid enum value 'c'",
-    "slack_m = 1\nfile = 3": "toy.file: .*int",
+    "slack_m = 1\nfile = 3": "toy.file: expected text, got 3",
     "slack_m = 1\ninner = 3": "toy.inner: expected a table, got `int`",
     "slack_m = 1\n[inner]\ndepth = 1": "toy.inner: unknown key `depth`; did you mean `depth_m`",
     "slack_m = 1\n[[rows]]\n[[rows]]\ndeep = 1": r"toy.rows\[1\]: unknown key `deep`",
