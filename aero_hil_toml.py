@@ -60,7 +60,9 @@ def filled(kind: type[T], table: Any, where: str) -> T:
 
 
 def _built(kind: type, value: object) -> object:
-    """Return a value of a type that TOML lacks, such as a path."""
+    """Return a value of a type that TOML lacks: a function as it is, or a path of its text."""
+    if callable(value):
+        return value
     if not isinstance(value, str):
         raise TypeError(f"expected text, got {value!r}")
     return kind(value)

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
 from aero.channels import Channel
+from aero_hil_toml import filled, parsed
 
-from .grasp import FREE, Grasp
-from .object_plant import HeldObject
+from .grasp import Grasp
 
 
 def _grasp(row: dict[str, Any]) -> Grasp:
-    thing = row.pop("object")
-    closing = tuple(Channel[label.upper()] for label in row.pop("closing", ())) or FREE
-    lists = {key: tuple(value) for key, value in row.items() if isinstance(value, list)}
-    solid = HeldObject(thing["shape"], tuple(thing["size_mm"]), thing["mass_kg"])
-    return Grasp(**row | lists, thing=solid, closing=closing)
+    row["thing"] = row.pop("object")
+    if "closing" in row:
+        row["closing"] = [Channel[label.upper()] for label in row["closing"]]
+    return filled(Grasp, row, f"grasp {row['number']}")
 
 
-GRASPS = tuple(map(_grasp, tomllib.loads(Path(__file__).with_name("grasps.toml").read_text("utf-8"))["grasp"]))
+_TEXT = Path(__file__).with_name("grasps.toml").read_text("utf-8")
+GRASPS = tuple(map(_grasp, parsed(_TEXT, "grasps.toml")["grasp"]))
 """In the taxonomy's order."""

@@ -7,19 +7,19 @@ hand differently and measures some of the metrics. `session`, `driver` and `alik
 the recordings of the whole run.
 """
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
 from typing import Any
 
+from aero_hil_toml import filled, parsed
 from hil.checks.shared.declaration import Metric, parse_metric
 from hil.checks.shared.experiment import Experiment, Measured, Measuring, complete
 
 
 def _read(folder: Traversable) -> Iterator[Measuring]:
-    table = tomllib.loads((folder / "checks.toml").read_text(encoding="utf-8"))
+    table = parsed((folder / "checks.toml").read_text(encoding="utf-8"), f"{folder.name}/checks.toml")
     rows, plans = table.pop("metric"), table.pop("plan", {})
     name = folder.name
     yield _measuring(name, f"{name}.check", _metrics(name, rows), table)
@@ -37,13 +37,13 @@ def _metrics(name: str, rows: list[dict[str, Any]]) -> list[Metric]:
 
 def _measuring(name: str, file: str, metrics: list[Metric], table: Mapping[str, Any]) -> Measuring:
     module = import_module(f"{__name__}.{file}")
-    declared = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
-    found: dict[str, Any] = {"name": name, "metrics": tuple(metrics), "measure": module.measure, **declared}
+    found = {"name": name, "metrics": metrics, "measure": module.measure, **table}
     if hasattr(module, "details"):
         found["details"] = module.details
     if not hasattr(module, "run"):
-        return Measuring(**found)
-    return Experiment(run=module.run, furthest=module.FURTHEST, **(found | {"measure": complete(module.measure)}))
+        return filled(Measuring, found, f"check {name}")
+    found |= {"run": module.run, "furthest": module.FURTHEST, "measure": complete(module.measure)}
+    return filled(Experiment, found, f"check {name}")
 
 
 _FOLDERS = [folder for folder in resources.files(__name__).iterdir() if (folder / "checks.toml").is_file()]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -11,6 +10,7 @@ from importlib import resources
 from typing import Any
 
 from aero.channels import FINGERS, Channel
+from aero_hil_toml import filled, parsed
 from hil.checks.shared.subjects import subject_words
 from hil.faults.fault import Part
 from hil.verdict.parts import Suspect
@@ -135,13 +135,28 @@ class CaseStep:
 @cache
 def modes() -> Mapping[str, FailureMode]:
     """Return the failure modes by name."""
-    return {name: FailureMode(name, Part[row.pop("part").upper()], **row) for name, row in _table()["modes"].items()}
+    return {
+        name: filled(FailureMode, row | {"name": name, "part": Part[row["part"].upper()]}, f"mode {name}")
+        for name, row in _table()["modes"].items()
+    }
 
 
 @cache
 def steps() -> Mapping[str, CaseStep]:
-    """Return the steps by name."""
-    return {name: _step(name, row) for name, row in _table()["steps"].items()}
+    """Return the steps by name.
+
+    Raises:
+        ValueError: a step names an unknown mode.
+    """
+    found = {
+        name: filled(CaseStep, _by_outcome(row) | {"name": name}, f"step {name}")
+        for name, row in _table()["steps"].items()
+    }
+    for name, step in found.items():
+        named = frozenset[str]().union(*step.convicts.values(), *step.clears.values())
+        if unknown := named - modes().keys():
+            raise ValueError(f"step {name} names the unknown modes {sorted(unknown)}")
+    return found
 
 
 def candidates(suspects: Iterable[Suspect]) -> tuple[Candidate, ...]:
@@ -165,16 +180,10 @@ def neighbour(channel: Channel, spared: frozenset[Channel] = frozenset()) -> Cha
     return min(free or [one for one in FINGERS if one is not channel], key=lambda one: abs(one - channel))
 
 
-def _step(name: str, row: dict[str, Any]) -> CaseStep:
-    told: dict[str, Any] = {
-        key: {StepOutcome[outcome.upper()]: frozenset(named) for outcome, named in row.pop(key, {}).items()}
-        for key in ("convicts", "clears")
-    }
-    unknown = {mode for of in told.values() for named in of.values() for mode in named} - modes().keys()
-    if unknown:
-        raise ValueError(f"step {name} names the unknown modes {sorted(unknown)}")
-    return CaseStep(name, row.pop("do"), row.pop("minutes"), **told, after=tuple(row.pop("after", ())), **row)
+def _by_outcome(row: dict[str, Any]) -> dict[str, Any]:
+    named = {key: row[key] for key in ("convicts", "clears") if key in row}
+    return row | {key: {StepOutcome[one.upper()]: modes for one, modes in of.items()} for key, of in named.items()}
 
 
 def _table() -> dict[str, Any]:
-    return tomllib.loads((resources.files("hil") / "data" / "steps.toml").read_text(encoding="utf-8"))
+    return parsed((resources.files("hil") / "data" / "steps.toml").read_text(encoding="utf-8"), "steps.toml")
