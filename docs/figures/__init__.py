@@ -10,21 +10,36 @@ A page has a marker:
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
-from functools import partial
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from aero.whole_file import write_whole
 
-if TYPE_CHECKING:
-    from train.campaign.trial import Outcome
-
 ROOT = Path(__file__).parents[2]
 STORED = Path(__file__).parent / "stored"
-MEASURED = ("validation", "diagnosis", "hand_model", "actuation_map", "electronics", "safety")
-"""Modules of this package, each named as its page, whose functions measure a table in seconds to a minute."""
+MEASURED = ("actuation_map", "hand_model", "electronics", "safety", "validation", "campaign", "diagnosis")
+"""Modules of this package, each named as its page, whose `TABLES` measure its tables, the quickest first."""
+EXCUSED = {
+    "calibration.currents": "needs sixteen public recordings, which are not in this repository",
+    "calibration.scores": "needs sixteen public recordings, which are not in this repository",
+    "calibration.twins": "two minutes of a core for each twin",
+    "commands.wear": "twenty validations of each of nineteen hands",
+    "driver.faults": "71,500 exchanges for each cell",
+    "driver.schedules": "100,000 exchanges for each cell",
+    "faults.faults": "over a thousand validations",
+    "faults.healthy": "part of the same campaign as faults.faults",
+    "grasps.held": "33 grasps on each of 22 hands",
+    "lerobot.commands": "needs LeRobot, in real time",
+    "safety.busy": "3.3 hours of hand time",
+}
+"""Tables that `--check` does not measure, each with the reason; their captions name the commit."""
+ANOTHER_MUJOCO = 0.06
+"""Relative tolerance of a figure that another version of MuJoCo has measured."""
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
 
 Rows = Sequence[Sequence[str]]
 """The header, then the rows; the first cell of a row names it."""
@@ -33,25 +48,6 @@ Rows = Sequence[Sequence[str]]
 def functions() -> dict[str, Callable[[], Rows]]:
     """Return the function of each table that is measured here, by PAGE.NAME."""
     return {f"{page}.{one.__name__}": one for page in MEASURED for one in import_module(f"figures.{page}").TABLES}
-
-
-def from_campaigns(folders: Sequence[Path]) -> dict[str, Callable[[], Rows]]:
-    """Return the function of each table that is computed from stored campaigns, by PAGE.NAME.
-
-    Raises:
-        StoreError: a folder has no campaign, or a damaged one; on the first call of a function.
-    """
-    from figures import campaign  # noqa: PLC0415 - only these tables need the extra `campaign`
-    from train.campaign.store import opened  # noqa: PLC0415
-
-    def measured(table: Callable[[Sequence[Outcome]], Rows]) -> Rows:
-        outcomes: list[Outcome] = []
-        for folder in folders:
-            with opened(folder, read_only=True) as campaign_store:
-                outcomes += campaign_store.outcomes()
-        return table(outcomes)
-
-    return {f"campaign.{one.__name__}": partial(measured, one) for one in campaign.TABLES}
 
 
 def load(name: str) -> dict[str, Any]:
@@ -70,6 +66,31 @@ def store(name: str, rows: Rows, **changed: str) -> None:
     lines = ",\n  ".join(json.dumps(list(row), ensure_ascii=False) for row in rows)
     head = "".join(f' "{key}": {json.dumps(result[key], ensure_ascii=False)},\n' for key in ("command", "origin"))
     write_whole(STORED / f"{name}.json", f'{{\n{head} "rows": [\n  {lines}\n ]\n}}\n')
+
+
+def differences(stored: Rows, measured: Rows, tolerance: float = 0.0) -> Iterator[str]:
+    """Yield a line for each row that differs in its words, or in a number by more than one unit of the last place.
+
+    Args:
+        stored: rows in the page.
+        measured: rows of today.
+        tolerance: relative tolerance of numbers besides.
+    """
+    if len(stored) != len(measured):
+        yield f"{len(stored)} rows stored, {len(measured)} measured"
+        return
+    for old, new in zip(stored, measured, strict=True):
+        if not all(_alike(one, other, tolerance) for one, other in zip(old, new, strict=True)):
+            yield f"stored {' | '.join(old)}; measured {' | '.join(new)}"
+
+
+def _alike(old: str, new: str, tolerance: float) -> bool:
+    """Return whether two cells have the same words and nearly the same numbers."""
+    numbers = zip(_NUMBER.findall(old), _NUMBER.findall(new), strict=False)
+    return _NUMBER.sub("#", old) == _NUMBER.sub("#", new) and all(
+        math.isclose(float(a), float(b), abs_tol=1.01 * 10.0 ** -len(a.partition(".")[2]), rel_tol=tolerance)
+        for a, b in numbers
+    )
 
 
 def table(name: str) -> str:

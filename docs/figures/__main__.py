@@ -1,42 +1,59 @@
-"""`python -m figures [NAME...]`: measure tables, and write all tables into their pages."""
+"""`python -m figures [NAME...]`: measure tables, then write all stored ones into their pages; `--check` compares."""
 
 from __future__ import annotations
 
-from pathlib import Path
+import sys
+import time
 
 import click
 import mujoco
 
+from aero.exit_code import Exit
 from aero.whole_file import write_whole
-from figures import from_campaigns, functions, load, pages, store, written
+from figures import ANOTHER_MUJOCO, EXCUSED, differences, functions, load, pages, store, written
 from hil.recordings.provenance import source_commit
 
-PHYSICS = f"MuJoCo {'.'.join(mujoco.__version__.split('.')[:2])}"
+MUJOCO = f"MuJoCo {'.'.join(mujoco.__version__.split('.')[:2])}"
 
 
 @click.command()
 @click.argument("names", nargs=-1, metavar="[NAME]...")
-@click.option(
-    "--campaign", "folders", multiple=True, type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Folder of a campaign to judge for the tables of docs/campaign.md; repeatable.",
-)  # fmt: skip
-def main(names: tuple[str, ...], folders: tuple[Path, ...]) -> None:
+@click.option("--check", is_flag=True, help="Write nothing; exit with 1 if a figure differs from the stored one.")
+def main(names: tuple[str, ...], check: bool) -> None:
     """Measure the tables NAME (or `all`), then write every stored table into its page."""
-    known = functions() if names else {}
-    judged = from_campaigns(folders) if folders else {}
-    for name in known if names == ("all",) else names:
-        if name not in known | judged:
-            raise click.UsageError(
-                f"{name} is not measured here; measured are {', '.join(known)}, or all, "
-                "and campaign.verdict and campaign.alarms with --campaign FOLDER"
-            )
-        if name in judged:
-            store(name, judged[name](), origin=f"judged by the limits and rules of commit {source_commit()[:7]}")
-        else:
-            store(name, known[name](), origin=PHYSICS if load(name)["origin"] else "")
+    known = functions() if names or check else {}
+    for name in names:
+        if name not in known and name != "all":
+            raise click.UsageError(f"{name} is not measured here; measured are {', '.join(known)}, or all")
+    chosen = [name for name in known if name in names or "all" in names or not names]
+    if check:
+        sys.exit(checked(chosen, all_of_them=not names))
+    for name in chosen:
+        rows = known[name]()
+        store(name, rows, origin=f"commit {source_commit()}, {MUJOCO}")
         click.echo(name)
     for page in pages():
         write_whole(page, written(page))
+
+
+def checked(names: list[str], *, all_of_them: bool) -> Exit:
+    """Print the differences of each table, and the tables that are not measured; return the exit code."""
+    bad = [page.name for page in pages() if written(page) != page.read_text(encoding="utf-8")]
+    for name in bad:
+        click.echo(f"{name}: differs from the stored tables; `tox -e figures` writes them")
+    for name, reason in EXCUSED.items() if all_of_them else ():
+        click.echo(f"{name}: not measured, {reason}; {load(name)['origin']}")
+    for name in names:
+        began, stored = time.monotonic(), load(name)
+        tolerance = 0.0 if MUJOCO in stored["origin"] else ANOTHER_MUJOCO
+        found = list(differences(stored["rows"], functions()[name](), tolerance))
+        click.echo(
+            f"{name}: {'differs' if found else 'agrees'} with {stored['origin']}; {time.monotonic() - began:.0f} s"
+        )
+        for line in found:
+            click.echo(f"  {line}")
+        bad += [name] if found else []
+    return Exit.OUT_OF_LIMITS if bad else Exit.WITHIN_LIMITS
 
 
 if __name__ == "__main__":

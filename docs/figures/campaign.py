@@ -1,24 +1,73 @@
-"""Tables of docs/campaign.md: stored campaigns, judged by the limits and the rules that ship."""
+"""Tables of docs/campaign.md: a campaign of fresh healthy hands and of drawn faults; each run is stored at once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import shutil
+from collections.abc import Iterable, Sequence
+from functools import cache, partial
+from random import Random
 
 from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP, named_driver
+from rich.console import Console
 
-from figures import Rows
+from figures import ROOT, Rows
 from hil.faults import CATALOGUE, parse_fault
+from hil.recordings.provenance import source_commit
+from train.campaign.store import opened
 from train.campaign.summary import NOT_FIRED, false_alarms, flagged, right_part, told
-from train.campaign.trial import Outcome
+from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, healthy_hands
+from train.cli.campaign import run_trials
 from train.share import Share
+from train.workers import usable_cores, worker_processes
 
+OLD_FIRMWARE = ("pre", "0.1.1", "0.1.2")
+HEALTHY = ((USUAL_FIRMWARE, 360_000, 48), (OLD_FIRMWARE, 360_100, 24))
+"""Firmware, first seed and number of healthy hands."""
+DRAWN, FIRST_FAULTY = 44, 382_000
+"""Number of drawn faults; seed of the draw and of the first hand."""
 HEADER = ["", "figure", "95 %"]
-WHOLE_HAND = "supply_low"
-"""Fault whose location is told for each severity: it moves every channel a little."""
 
 
-def verdict(outcomes: Sequence[Outcome]) -> Rows:
+def drawn_faults() -> list[str]:
+    """Return faults of the catalogue, each once at most, of a drawn channel and of medium or severe severity."""
+    random = Random(FIRST_FAULTY)
+    kinds = random.sample(list(CATALOGUE.values()), DRAWN)
+    return [
+        str(kind.at(random.choice(kind.steps()[1:] or kind.steps()), random.choice(kind.channels or (None,))))
+        for kind in kinds
+    ]
+
+
+def trials() -> list[Trial]:
+    """Return every run of the campaign."""
+    healthy = [hand for firmware, first, count in HEALTHY for hand in healthy_hands(first, count, firmware)]
+    return healthy + faulty_hands(drawn_faults(), FIRST_FAULTY, hands=1)
+
+
+@cache
+def outcomes() -> Sequence[Outcome]:
+    """Run the campaign, or the rest of one that this commit has begun in `build`."""
+    folder = ROOT / "build" / f"campaign-{source_commit()}"
+    if "+" in folder.name:
+        shutil.rmtree(folder, ignore_errors=True)
+    with opened(folder) as store:
+        workers = partial(worker_processes, usable_cores())
+        run_trials(Console(stderr=True), trials(), store, workers, folder)
+        return list(store.outcomes())
+
+
+def verdict() -> Rows:
     """What is found of the faults, and whether the part at fault is suspected; each mistake of the driver."""
+    return verdict_of(outcomes())
+
+
+def alarms() -> Rows:
+    """Healthy hands that are flagged, by firmware and by their initial conditions."""
+    return alarms_of(outcomes())
+
+
+def verdict_of(outcomes: Sequence[Outcome]) -> Rows:
+    """Return the rows of `verdict`."""
     faulty = [one for one in outcomes if len(one.trial.faults) == 1 and one.ended != NOT_FIRED]
     faults = {one.trial.key: parse_fault(one.trial.faults[0]) for one in faulty}
     found = [right_part(faults[one.trial.key], told(one)) for one in faulty if flagged(one)]
@@ -29,27 +78,20 @@ def verdict(outcomes: Sequence[Outcome]) -> Rows:
         _row("faults found", Share(len(found), len(faulty))),
         _row("part at fault suspected first, of those found", _share(found)),
     ]
-    for severity in sorted({fault.severity for fault in faults.values() if fault.name == WHOLE_HAND}):
-        hands = [one for one in faulty if faults[one.trial.key] == CATALOGUE[WHOLE_HAND].at(severity)]
-        at_supply = [flagged(one) and right_part(faults[one.trial.key], told(one)) for one in hands]
-        rows.append(_row(f"supply lower by {severity:g}: found there", _share(at_supply)))
     mistakes = [(one, GENTLE) for one in MISTAKES.values()] + [(one, MAPPED) for one in MISTAKES_OF_THE_MAP.values()]
     named = _share(named_driver(one, experiments) for one, experiments in mistakes)
     return [*rows, _row("mistakes of the driver or its map, named so", named)]
 
 
-def alarms(outcomes: Sequence[Outcome]) -> Rows:
-    """How many healthy hands are flagged, by what they were found under."""
-    healthy = [one for one in outcomes if not one.trial.faults]
-    kinds = {
-        "none": [one for one in healthy if not one.trial.conditions],
-        "all kinds at once": [one for one in healthy if one.trial.conditions],
-    }
-    rows = [["conditions", "seeds", "flagged", "95 %", "for"]]
-    for name, some in kinds.items():
-        share, checks = false_alarms(some)
-        seeds = sorted(one.trial.seed for one in some)
-        rows.append([name, f"{seeds[0]} to {seeds[-1]}" if seeds else "-", *_cells(share), ", ".join(checks) or "-"])
+def alarms_of(outcomes: Sequence[Outcome]) -> Rows:
+    """Return the rows of `alarms`."""
+    rows = [["firmware", "conditions", "flagged", "95 %", "for"]]
+    for firmware, _, _ in HEALTHY:
+        for name, under in (("none", False), ("all kinds at once", True)):
+            share, checks = false_alarms(
+                [one for one in outcomes if one.trial.firmware in firmware and bool(one.trial.conditions) is under]
+            )
+            rows.append([", ".join(firmware), name, *_cells(share), ", ".join(checks) or "-"])
     return rows
 
 
@@ -69,4 +111,4 @@ def _cells(share: Share) -> list[str]:
     return [f"{share.count} of {share.of}", f"{100 * low:.1f} % to {100 * high:.1f} %"]
 
 
-TABLES: tuple[Callable[[Sequence[Outcome]], Rows], ...] = (verdict, alarms)
+TABLES = (verdict, alarms)

@@ -3,6 +3,7 @@
 from figures import campaign
 from outcomes import outcome
 
+from hil.faults import parse_fault
 from train.campaign.trial import Trial
 
 
@@ -20,22 +21,30 @@ def test_shares_of_found_and_of_the_right_part(monkeypatch):
         hand(("motor_dead:ring=1.0",), 3),
         hand(("motor_dead:ring=1.0",), 4, **stopped, suspects=("SERVO/ring", "DIGIT/ring")),
         hand(("motor_dead:ring=1.0",), 5, **stopped, suspects=("SERVO/index",)),
-        hand(("supply_low=0.4",), 6, **stopped, suspects=("SUPPLY",)),
     ]
-    shares = {name: figure for name, figure, _ in campaign.verdict(runs)}
+    shares = {name: figure for name, figure, _ in campaign.verdict_of(runs)}
     assert shares == {
         "": "figure",
         "healthy hands flagged": "1 of 2",
-        "faults found": "3 of 4",
-        "part at fault suspected first, of those found": "2 of 3",
-        "supply lower by 0.4: found there": "1 of 1",
+        "faults found": "2 of 3",
+        "part at fault suspected first, of those found": "1 of 2",
         "mistakes of the driver or its map, named so": "-",
     }
 
 
-def test_healthy_hands_are_counted_by_their_conditions():
-    under = outcome(Trial("plausible:3", seed=3, conditions=("gravity",)), numbers={})
-    header, without, with_all = campaign.alarms([hand((), 1), hand((), 2), under, hand(("motor_dead",), 4)])
-    assert without[:3] == ["none", "1 to 2", "0 of 2"]
-    assert with_all[:3] == ["all kinds at once", "3 to 3", "0 of 1"]
-    assert len(header) == len(without)
+def test_healthy_hands_are_counted_by_firmware_and_conditions():
+    under = outcome(Trial("plausible:3", seed=3, firmware="pre", conditions=("gravity",)), numbers={})
+    header, *rows = campaign.alarms_of([hand((), 1), hand((), 2), under, hand(("motor_dead",), 4)])
+    assert [row[:3] for row in rows] == [
+        ["0.2.0, 0.1.5", "none", "0 of 2"],
+        ["0.2.0, 0.1.5", "all kinds at once", "-"],
+        ["pre, 0.1.1, 0.1.2", "none", "-"],
+        ["pre, 0.1.1, 0.1.2", "all kinds at once", "0 of 1"],
+    ]
+    assert all(len(header) == len(row) for row in rows)
+
+
+def test_faults_are_drawn_once_each():
+    drawn = [parse_fault(text) for text in campaign.drawn_faults()]
+    assert len({fault.name for fault in drawn}) == campaign.DRAWN
+    assert all(fault.severity != fault.fault.steps()[0] or len(fault.fault.steps()) == 1 for fault in drawn)
