@@ -3,8 +3,6 @@
 The packages have common names (`hil`, `model`, `train`), so a file `model.py` beside a script shadows ours.
 """
 
-from __future__ import annotations
-
 import sys
 from importlib.util import find_spec
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Options of a pytest plugin that yield to the project's own options of equal name."""
 
-from __future__ import annotations
-
 from argparse import SUPPRESS
 from collections.abc import Mapping
 from dataclasses import dataclass

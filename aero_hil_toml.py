@@ -3,8 +3,6 @@
 `aero` reads its own files without this module, so that driving a hand needs NumPy and pyserial only.
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Iterable, Mapping

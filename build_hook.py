@@ -1,7 +1,5 @@
 """Add the commit to what is built, so that recordings of an installed project know what they were made with."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import tempfile

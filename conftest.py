@@ -1,7 +1,5 @@
 """Report of the tests that a session collected and executed, written only for CI: `.ci/executed.py` adds them up."""
 
-from __future__ import annotations
-
 import json
 import os
 import uuid

@@ -8,8 +8,6 @@ Sources: paper section "Notation" (command order, joint box), `aero-open-firmwar
 the released tendon model `AeroCubeRotateZAxis` (observation order).
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 import numpy as np

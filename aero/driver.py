@@ -1,7 +1,5 @@
 """Driver of one Aero Hand Open, real or emulated, as seven channels in command order."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping

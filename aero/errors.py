@@ -4,8 +4,6 @@ A lost link (unplugged, closed by the other side) raises `ConnectionError`, an i
 below have their cause beyond the port.
 """
 
-from __future__ import annotations
-
 from aero.exit_code import Exit
 
 

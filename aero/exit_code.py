@@ -1,7 +1,5 @@
 """Exit codes, which exceptions of this project carry as `exit_code`, and signals that stop a program."""
 
-from __future__ import annotations
-
 import signal
 from enum import IntEnum
 

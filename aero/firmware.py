@@ -8,8 +8,6 @@ Sources: aero-open-firmware 46bc858 (`pre`), d7bd82e (0.1.0); aero-hand-open 890
 0.1.2, for which no source was published.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum, auto
 from itertools import groupby

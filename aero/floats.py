@@ -1,7 +1,5 @@
 """Array of floats, the type of most quantities."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Hand type for experiments, and `open_hand` for a guarded hand on a port."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

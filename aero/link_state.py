@@ -20,8 +20,6 @@ one, and zeros add the least motion.
 The driver cannot observe the board's alignment. The state below records the driver's own writes instead.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum, auto
 
 

@@ -26,8 +26,6 @@ A restart of the board does not clear the pending requests. Dropped requests rem
 the restart must not be cleared by late boot text.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from math import inf
 

@@ -1,7 +1,5 @@
 """Escape control characters in text of files, boards and other programs, for a terminal."""
 
-from __future__ import annotations
-
 import re
 
 _UNSAFE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")

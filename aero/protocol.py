@@ -12,8 +12,6 @@ Source: TetherIA aero-open-firmware d7bd82e and aero-hand-open 6a3022d (firmware
 (`main`: CALIBRATE_MID and the longer acknowledgement of TRIM).
 """
 
-from __future__ import annotations
-
 import struct
 from enum import IntEnum
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Interface of a byte stream to a hand, with an explicit time-out on every read."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 

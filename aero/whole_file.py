@@ -4,8 +4,6 @@ A symbolic link at the path is replaced; its target does not change. A file that
 is overwritten.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil

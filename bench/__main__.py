@@ -4,8 +4,6 @@ A stored figure would say more about the processor than about the code: interpre
 alike from one machine to the next. So the comparison is with a commit, on the same machine, in the same minutes.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

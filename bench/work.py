@@ -5,8 +5,6 @@ too. Emulated hands are timed in processor time, which other programs disturb le
 the wall clock, because another process or the disk takes part in them.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time

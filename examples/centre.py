@@ -1,7 +1,5 @@
 """`python -m examples.centre CHANNEL...`: the maker's procedure for a channel whose travel does not fit its window."""
 
-from __future__ import annotations
-
 import click
 import numpy as np
 

@@ -4,8 +4,6 @@ Each shaft has inertia, back-EMF, Coulomb friction and two elastic end stops. In
 substep; friction and damping are implicit, so a shaft at rest stays at rest and every parameter set is stable.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Emulated hand: a plant, seven servos on a bus, and the board, on one clock."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path

@@ -5,8 +5,6 @@ sum from id to the last parameter. The code is an instruction on the way out and
 Source: FTServo_Arduino v2.0.0 (64922cd), `SCS.cpp`.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from functools import lru_cache
 from typing import NamedTuple

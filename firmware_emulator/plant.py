@@ -8,8 +8,6 @@ section "Notation", theta). The seven shafts are in command order: index, middle
 CMC flexion, thumb flexor.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol

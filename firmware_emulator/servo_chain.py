@@ -1,7 +1,5 @@
 """Servos on one bus with any plant, on one clock."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple

@@ -4,8 +4,6 @@ Source: FTServo_Arduino v2.0.0 (64922cd), `SCS.cpp`, `SCSerial.cpp`, `HLSCL.cpp`
 `millis()`, so a wait of "more than 10 ms" ends when the counter has advanced by 11.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 

@@ -4,8 +4,6 @@ The colours follow the figure of the tendon model in the paper: cables red, coup
 pulleys green, pads half transparent so that the transmission shows.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import mujoco

@@ -5,8 +5,6 @@ the constraint force is the cable's tension, above it the cable is slack. Abduct
 joint itself (linkage, paper section "Kinematics and transmission").
 """
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray

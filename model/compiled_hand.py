@@ -4,8 +4,6 @@ Shared by the emulated hand (`BuiltHandPlant`) and the batches of training. MuJo
 updates fields of the model: the drives and the current friction.
 """
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

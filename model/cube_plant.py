@@ -1,7 +1,5 @@
 """Built hand with the cube of the rotation task, for running a policy through the whole chain."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import nan
 

@@ -4,8 +4,6 @@ Used by the live page and the export for Foxglove. All hands of this project hav
 hand is drawn for all, because only its model has cable paths.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal

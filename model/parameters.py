@@ -8,8 +8,6 @@ June-July 2026, TTdragoAlex/tetherIA-aero-hand-open 58b518e; one count of servo 
 and the paper's transmission section.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures of a hand, alone or with the cube. OpenGL is required; set `MUJOCO_GL=egl` on a machine without display."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator
 from pathlib import Path

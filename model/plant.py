@@ -4,8 +4,6 @@ The inner loop of each servo is an actuator of the physics engine, rewritten whe
 thus run in one call, and Python runs only when the electronics act.
 """
 
-from __future__ import annotations
-
 from math import isfinite
 from typing import NamedTuple
 

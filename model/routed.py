@@ -4,8 +4,6 @@ Reproduces the released tendon model of the Aero Hand Open (`AeroCubeRotateZAxis
 geometry of `model.geometry`.
 """
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray

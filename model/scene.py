@@ -1,7 +1,5 @@
 """Surroundings of a hand: cube of the rotation task and its variation, light, sky. Add before compiling."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields, replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Links, joints, contacts and passive parts of a hand as an `mujoco.MjSpec`, shared by routed and built hand."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import mujoco

@@ -6,8 +6,6 @@ physical compliance c (violation per force) therefore needs 1 - d = c / (A T²).
 long enough to keep d above `IMPEDANCE_MIN`.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 IMPEDANCE_MIN, IMPEDANCE_MAX = 0.90, 0.9999

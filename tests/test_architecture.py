@@ -1,7 +1,5 @@
 """The rules of docs/design.md that a machine can check: who imports whom, and who reads the wall clock."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

@@ -9,8 +9,6 @@ command to motion, closed loop 24-25 ms; take-up: another owner's index (alstar8
 thumb cables against the CAD radii (12.64 for 12.49 mm).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 

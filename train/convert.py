@@ -5,8 +5,6 @@ function, so only the few classes of such a checkpoint are accepted, each replac
 name is refused before a call. Pickles need no JAX. Brax now writes a folder of arrays, which is read with JAX.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import pickle

@@ -4,8 +4,6 @@ The stage's seed and a hand's number determine everything about the hand. New ha
 turn, so the number of redraws determines the batch, and a resumed run rebuilds an identical one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -3,8 +3,6 @@
 The ranges span the default hand, the paper's hand and the recorded one (`model/units`), with a margin on both sides.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -6,8 +6,6 @@ released routine draws and then overwrites both, so the paper's policies never s
 mass, size or centre of mass are compiled by `model.scene`.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Sequence
 from dataclasses import dataclass

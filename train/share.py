@@ -1,7 +1,5 @@
 """Shares of a count, with confidence intervals."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from scipy.stats import binomtest

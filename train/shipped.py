@@ -1,10 +1,8 @@
 """`python -m train.shipped`: command, inputs and commit of each shipped file, checked against Git.
 
-Comments, docstrings and formatting of Python and TOML inputs are ignored, so an edit of prose leaves every artefact up
-to date. Other inputs are compared byte for byte.
+Comments, docstrings, `__future__` imports and formatting of Python and TOML inputs are ignored, so an edit of prose
+leaves every artefact up to date. Other inputs are compared byte for byte.
 """
-
-from __future__ import annotations
 
 import ast
 import subprocess
@@ -135,7 +133,7 @@ def _changed(name: str, commit: str, root: Path) -> bool:
 
 
 def meaning(name: str, content: bytes) -> object:
-    """Return the comparable content of a file: Python without docstrings, TOML values, or bytes."""
+    """Return the comparable content of a file: Python without docstrings and future imports, TOML values, or bytes."""
     if name.endswith(".toml"):
         return tomllib.loads(content.decode())
     if not name.endswith(".py"):
@@ -143,12 +141,16 @@ def meaning(name: str, content: bytes) -> object:
     tree = ast.parse(content)
     for node in ast.walk(tree):
         if isinstance(body := getattr(node, "body", None), list):
-            node.body = [one for one in body if not _is_docstring(one)]  # type: ignore[attr-defined]
+            node.body = [one for one in body if not (_is_docstring(one) or _is_future(one))]  # type: ignore[attr-defined]
     return ast.dump(tree)
 
 
 def _is_docstring(node: ast.AST) -> bool:
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def _is_future(node: ast.AST) -> bool:
+    return isinstance(node, ast.ImportFrom) and node.module == "__future__"
 
 
 def _git(root: Path, *arguments: str) -> bytes:

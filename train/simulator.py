@@ -3,8 +3,6 @@
 `mujoco.rollout` steps the batch over all cores, one call per control period.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from typing import Self

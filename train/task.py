@@ -9,8 +9,6 @@ Sources of the start: paper section "Domain randomisation" (last paragraph); the
 the cube's draws from the released environment `AeroCubeRotateZAxis`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from itertools import pairwise
 from math import inf

@@ -3,8 +3,6 @@
 Writes the file that ships beside the policy's weights. The left hand mirrors the right and needs the same correction.
 """
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from importlib.resources import files

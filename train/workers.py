@@ -1,7 +1,5 @@
 """Worker processes that end with the program, Dask clusters, and distribution of work to both."""
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

@@ -4,8 +4,6 @@ The stages use products and sums of columns instead of matrix products. This is 
 paper's equations, and keeps full single precision where a GPU would multiply matrices in a shorter format.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

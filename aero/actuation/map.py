@@ -9,8 +9,6 @@ All conversions pass through the travel, so one path joins any two representatio
 (paper, chapter 4); equation names are the labels in the paper's source.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path

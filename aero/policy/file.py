@@ -1,7 +1,5 @@
 """Policy files: one `.npz` with the weights and a JSON header with all settings needed to run them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field

@@ -6,8 +6,6 @@ With a cube, the current of CMC flexion oscillates with each stroke; in an empty
 loosely held cube oscillates as little as an empty hand, so a small standard deviation shows nothing.
 """
 
-from __future__ import annotations
-
 from enum import Enum
 
 import numpy as np

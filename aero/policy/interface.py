@@ -20,8 +20,6 @@
 `aero/policy/shipped/steady.toml` is an example.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ nominal grasp, waits there for the object, runs the policy, and moves slowly bac
 by its guard is already open and is not moved again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

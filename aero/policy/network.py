@@ -4,8 +4,6 @@ Equal to the deterministic Brax policy (`brax.training.agents.ppo`, `NormalTanhD
 within `NORMALISED_BOUND` standard deviations.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

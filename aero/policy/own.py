@@ -4,8 +4,6 @@ Each policy runs in its own process, so its exceptions, exit, output and modules
 have a time limit, and an ONNX file a memory limit. The process has the rights of the user; run only trusted policies.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import weakref

@@ -4,8 +4,6 @@ Each input line is an observation and each output line an answer, both JSON. The
 redirected to standard error. The process exits when its input ends, even during an action.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Settings, steps and result of a policy run; `aero.safety` guards the hand meanwhile."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass, field
 from enum import Enum

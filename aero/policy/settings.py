@@ -1,7 +1,5 @@
 """Settings of a policy: rate, nominal grasp, scales and noise, with the paper's two sets as presets."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf, isfinite
 

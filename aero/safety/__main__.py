@@ -3,8 +3,6 @@
 Started by `aero.safety.standby` as `python -m aero.safety PORT SETTINGS`, settings as JSON; not for users.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Guard of a hand: polls, stops and finally opens it."""
 
-from __future__ import annotations
-
 import logging
 import os
 import threading

@@ -1,7 +1,5 @@
 """Deferring and handling of signals, so that a hand is never left closed."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence

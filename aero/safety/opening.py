@@ -1,7 +1,5 @@
 """Slow motion of a hand: ramps, and the final opening with low torque."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import suppress
 

@@ -1,7 +1,5 @@
 """Speed and torque limits of a guarded hand, sent again after a restart or a disturbance."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterable
 from dataclasses import replace

@@ -6,8 +6,6 @@ closes its pipe to the standby process and releases the port. Forked processes c
 The standby process runs `aero.safety.__main__`.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import os

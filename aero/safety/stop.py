@@ -1,7 +1,5 @@
 """Reasons for which a guard stops a hand, and the exceptions with them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple

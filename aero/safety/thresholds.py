@@ -1,7 +1,5 @@
 """Safety thresholds of a guarded hand: stop criteria, and limits of its slow motions."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from dataclasses import dataclass

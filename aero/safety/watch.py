@@ -1,7 +1,5 @@
 """Polling of a hand: `Lookout` reads on schedule and records delays, `Watch` detects violations in the readings."""
 
-from __future__ import annotations
-
 import logging
 from collections import deque
 from collections.abc import Callable, Iterator

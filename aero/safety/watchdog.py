@@ -1,7 +1,5 @@
 """Watchdog thread that polls a hand on a port if its program does not, as in a long callback."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from collections.abc import Callable

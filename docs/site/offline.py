@@ -1,7 +1,5 @@
 """A hook of MkDocs: the built pages load nothing from the network."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -3,8 +3,6 @@
 `mkdocs` runs this file while it builds the site; nothing of it is committed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import mkdocs_gen_files

@@ -3,8 +3,6 @@
 With `--hil`, make a grasp with a hand of one's own.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import sys

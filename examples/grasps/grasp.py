@@ -1,7 +1,5 @@
 """What one grasp is: an object, where a person holds it out to the hand, and how the hand closes on it."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """The built hand with one object: a person holds it in place while the hand closes, then lets go."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal

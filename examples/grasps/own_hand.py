@@ -1,7 +1,5 @@
 """Make a grasp with a hand of one's own, guarded: it takes the shape, waits for the object, closes, and opens again."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

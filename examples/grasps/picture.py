@@ -1,7 +1,5 @@
 """All grasps in one picture, each as it was when the person had let go. Needs OpenGL, see `model.pictures`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 The hand of `model` has none: one that holds nothing does not need it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

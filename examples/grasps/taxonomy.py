@@ -1,7 +1,5 @@
 """The 33 grasps, read from `grasps.toml`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

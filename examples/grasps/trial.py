@@ -1,7 +1,5 @@
 """One grasp on one hand, through the driver, the actuation map and every byte: is the object held?"""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass

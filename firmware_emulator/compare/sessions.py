@@ -1,7 +1,5 @@
 """Seeded sessions: edge cases of every board function, and random input."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ lists each distinct packet once; `packet` and `after_ns` give the index and dela
 20 kB, because boards repeat their packets.
 """
 
-from __future__ import annotations
-
 import json
 import lzma
 import os

@@ -4,8 +4,6 @@ The lock guards every use of the servo UART while the telemetry task exists. The
 lock is taken, so a long holder (homing, SET_ID) only freezes the telemetry.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from struct import Struct

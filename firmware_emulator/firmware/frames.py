@@ -7,8 +7,6 @@ negative position is therefore reported at the wrong end.
 Source: aero-open-firmware d7bd82e, `firmware_v0.1.0.ino`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from enum import IntEnum
 from struct import Struct

@@ -3,8 +3,6 @@
 Source: aero-open-firmware d7bd82e, `HandConfig.h`; unchanged up to v0.2.0.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

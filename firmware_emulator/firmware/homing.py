@@ -5,8 +5,6 @@ cases the position counts as the contact. The search goal of +-50000 overflows t
 search runs against the direction in the table. Failures are never reported.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from firmware_emulator.firmware.board import Board

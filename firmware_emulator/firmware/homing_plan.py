@@ -3,8 +3,6 @@
 Sources: aero-open-firmware 46bc858 and d7bd82e, `Homing.cpp`; aero-hand-open 890c98b, 5726320, a39be56, 6a3022d.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 

@@ -1,7 +1,5 @@
 """Non-volatile storage (NVS) of the ESP32: seven extend values, in a file or in memory."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

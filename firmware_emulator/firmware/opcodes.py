@@ -1,7 +1,5 @@
 """Handlers of the opcodes, as a table of tasks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 

@@ -3,8 +3,6 @@
 Source: FTServo_Arduino v2.0.0 (64922cd), `HLSCL.cpp`.
 """
 
-from __future__ import annotations
-
 from struct import Struct
 
 from firmware_emulator.kernel import Task

@@ -3,8 +3,6 @@
 IDs 0 to 253 are accepted. The bus lock is released between scan, check and write, so telemetry runs in between.
 """
 
-from __future__ import annotations
-
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.frames import Opcode, reply
 from firmware_emulator.firmware.servo_calls import unlock, write_register

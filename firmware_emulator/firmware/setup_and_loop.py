@@ -1,7 +1,5 @@
 """`setup()` and `loop()` of the sketch: ROM and boot text, homing at boot, telemetry task, dispatch of opcodes."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from firmware_emulator.firmware.board import Board, Telemetry

@@ -5,8 +5,6 @@ higher counts at the open end. The soft limit latches: it acts once when a chann
 return, so a new command outside the window applies full torque, as on the real hand. Position mode clears the latch.
 """
 
-from __future__ import annotations
-
 from firmware_emulator.firmware.board import TORQUE, Board
 from firmware_emulator.firmware.frames import CHANNELS
 from firmware_emulator.firmware.hands import SERVOS

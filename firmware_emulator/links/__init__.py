@@ -1,7 +1,5 @@
 """Links to an emulated hand: in-process on virtual time, or over a pseudo-terminal in real time."""
 
-from __future__ import annotations
-
 from types import TracebackType
 from typing import Self
 

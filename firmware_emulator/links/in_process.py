@@ -1,7 +1,5 @@
 """In-process link to the emulated hand: waiting for bytes advances virtual time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Literal
 

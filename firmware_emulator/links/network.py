@@ -1,7 +1,5 @@
 """RFC 2217 server for the board's port over TCP, with the modem lines that a pseudo-terminal lacks."""
 
-from __future__ import annotations
-
 import logging
 import socket
 from collections.abc import Callable

@@ -5,8 +5,6 @@ instant of their detection, which `listeners` receive: replaying them at these i
 answers.
 """
 
-from __future__ import annotations
-
 import logging
 import select
 import time

@@ -1,7 +1,5 @@
 """Serial port of the emulated servos, for a physical board that drives them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from urllib.parse import urlsplit

@@ -1,7 +1,5 @@
 """Raw pseudo-terminal that behaves like an unopened serial port."""
 
-from __future__ import annotations
-
 import os
 import struct
 import sys

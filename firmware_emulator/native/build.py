@@ -1,7 +1,5 @@
 """Build of a firmware program from the user's sketch, the servo library and the host board of this package."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import platform

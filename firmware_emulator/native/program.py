@@ -4,8 +4,6 @@ In each turn the kernel sends the time and the received bytes; the program repli
 next wake-up time. The program has no clock of its own, so a run is a pure function of its input.
 """
 
-from __future__ import annotations
-
 import os
 import select
 import signal

@@ -1,7 +1,5 @@
 """Board that runs a firmware program instead of the emulated firmware: bytes and time in, bytes out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Conversion of an Arduino sketch to C++ as by the Arduino tools: merged `.ino` files with function prototypes."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

@@ -3,8 +3,6 @@
 Refreshed for all seven servos at 100 Hz, so constants are precomputed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import cos, exp, floor, log, sin, sqrt, tau
 from random import Random

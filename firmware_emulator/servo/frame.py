@@ -1,7 +1,5 @@
 """Conversion between shaft angle and encoder counts: mounting, stored offset and counted turns."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

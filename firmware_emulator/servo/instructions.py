@@ -1,7 +1,5 @@
 """Effect of each instruction on a servo, as a table; the bus handles addressing and the permission to answer."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from firmware_emulator.packets import Instruction

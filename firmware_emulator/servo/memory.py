@@ -1,7 +1,5 @@
 """Register file of a servo: EEPROM and RAM, access rules, lock and power cycle."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 from firmware_emulator.servo.model_file import EEPROM_END, MEMORY_SIZE, Register, ServoModel

@@ -8,8 +8,6 @@ Missing registers read as zeros on the bus. Inside the servo, `[instead]` replac
 register's name or by a constant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property

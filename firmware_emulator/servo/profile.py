@@ -1,7 +1,5 @@
 """Trapezoidal motion profile with limited speed and acceleration."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

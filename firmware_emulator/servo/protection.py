@@ -5,8 +5,6 @@ have no overload protection here. STS servos reduce the torque to a holding torq
 overload torque (36) for the protection time (35).
 """
 
-from __future__ import annotations
-
 from enum import IntFlag
 
 from firmware_emulator.servo.memory import RegisterFile

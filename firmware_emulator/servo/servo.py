@@ -6,8 +6,6 @@ motion, a trapezoidal setpoint. Rewriting an equal goal has no effect, so homing
 times a second, does not restart the ramp.
 """
 
-from __future__ import annotations
-
 from random import Random
 
 from firmware_emulator.kernel import Kernel

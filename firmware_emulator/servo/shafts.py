@@ -4,8 +4,6 @@ The plant therefore integrates whole ticks, independent of bus traffic between t
 servos costs one call.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

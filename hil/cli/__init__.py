@@ -1,7 +1,5 @@
 """The `aero-hil` command line. Commands parse, call and print; the work is in other packages."""
 
-from __future__ import annotations
-
 import os
 import traceback
 from importlib import import_module

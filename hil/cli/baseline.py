@@ -1,7 +1,5 @@
 """`aero-hil baseline`: stored figures of one hand."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

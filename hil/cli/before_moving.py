@@ -1,7 +1,5 @@
 """Announcement of a motion before a hand moves."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from rich.box import SIMPLE_HEAD

@@ -1,7 +1,5 @@
 """Interactive session of a case: ask, announce, rerun, store; on a terminal, on a page, and in tests."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Iterator

@@ -3,8 +3,6 @@
 A package adds commands with an entry point of the group `aero_hil.commands` that names a table like `OWN`.
 """
 
-from __future__ import annotations
-
 import logging
 import re
 from collections.abc import Iterable, Iterator, Mapping

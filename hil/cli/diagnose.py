@@ -1,7 +1,5 @@
 """`aero-hil diagnose`: step-by-step isolation of the faulty part of a hand."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Emulated hand of a case, with a helper that does the steps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Literal

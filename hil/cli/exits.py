@@ -3,8 +3,6 @@
 Separate codes keep a failure of the tool from being mistaken for a failure of the hand.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import signal

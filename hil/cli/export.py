@@ -1,7 +1,5 @@
 """`aero-hil export`: conversion of a recording for other programs."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from pathlib import Path
 

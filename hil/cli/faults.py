@@ -1,7 +1,5 @@
 """`aero-hil faults`: list of the faults that can be injected into a hand or a link."""
 
-from __future__ import annotations
-
 import json
 
 import click

@@ -1,7 +1,5 @@
 """`aero-hil firmware`: build of a firmware for the emulated hand, and comparison of two."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Output of log lines besides the recording: none, or the terminal with `-v`."""
 
-from __future__ import annotations
-
 import logging
 
 import click

@@ -1,7 +1,5 @@
 """Meaning of a failed import: a missing extra, another package of the same name, or a defect of aero-hil."""
 
-from __future__ import annotations
-
 import sys
 
 PACKAGES = ("aero", "firmware_emulator", "model", "hil", "train", "feetech_robots")

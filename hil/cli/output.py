@@ -1,7 +1,5 @@
 """Printing with control characters escaped; a closed pipe does not end the program."""
 
-from __future__ import annotations
-
 import errno
 import io
 import os

@@ -1,7 +1,5 @@
 """`aero-hil proxy`: link faults between any program and any port."""
 
-from __future__ import annotations
-
 import signal
 from contextlib import ExitStack, closing
 from pathlib import Path

@@ -4,8 +4,6 @@ No driver is involved. An emulated hand has the recorded side, firmware, unit an
 starts like the recorded one, so it returns identical bytes. On another hand, the difference is a measurement.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path

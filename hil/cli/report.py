@@ -1,7 +1,5 @@
 """`aero-hil report`: renewed verdict on recordings."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Recordings that a user names for judging: files, the folder of a run, or a bundle of `aero-hil report --bundle`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`aero-hil run-policy`: recorded run of a policy on any hand."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Text and progress on the terminal, printed without markup, because it contains file names, headers and errors."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Questions to the user on the terminal."""
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

@@ -1,7 +1,5 @@
 """`aero-hil validate`: check of a hand, physical or emulated, against its limits."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

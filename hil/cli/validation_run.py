@@ -1,7 +1,5 @@
 """Implementation of `aero-hil validate`, separate from its options because it imports MuJoCo and a plotting library."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from dataclasses import replace

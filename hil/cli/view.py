@@ -1,7 +1,5 @@
 """`aero-hil view`: recording in a web page, with a time line."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

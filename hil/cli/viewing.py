@@ -1,7 +1,5 @@
 """`--view`: web page that shows a command's hand while it moves."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

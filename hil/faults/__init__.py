@@ -4,8 +4,6 @@
 `hil.open_target(faults=...)` injects faults into an emulated hand.
 """
 
-from __future__ import annotations
-
 from aero_hil import hidden
 
 if _line := hidden():

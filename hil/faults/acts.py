@@ -1,7 +1,5 @@
 """Acts on a running emulated hand, by name: typed, clicked, or called from Python."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Emulated hand under assembly, into which faults are injected: unit, mechanics and electronics."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from random import Random

@@ -1,7 +1,5 @@
 """Board faults: lost or wrong memory, restarts, and a firmware other than declared (built in)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Bus faults: servo answers change in transit; motion and control of the servos stay healthy."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from random import Random
 

@@ -1,7 +1,5 @@
 """Manual acts on an emulated hand: bend a digit, turn a spool, unload a servo."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Catalogue of all faults by name, and the parser of fault texts."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import TypeVar

@@ -3,8 +3,6 @@
 A fault stores the error of the present reading and subtracts the error from the servo's goal.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

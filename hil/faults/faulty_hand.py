@@ -1,7 +1,5 @@
 """Emulated hand with injected faults, each on its channel and at its start time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Faults at the host's end of the link: a port that disappears, a program that stalls."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from aero.clock import Clock

@@ -1,7 +1,5 @@
 """Manual, visual and instrument inspection of an emulated hand, compared with the healthy hand."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 

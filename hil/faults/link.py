@@ -1,7 +1,5 @@
 """Faults of the host link: loss, damage, delay and reordering of bytes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from random import Random

@@ -4,8 +4,6 @@ A board writes a reply as one piece of 16 bytes, a driver a command as one piece
 `LinkFaults` does no I/O: the emulated hand and the proxy send the pieces it returns.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Literal

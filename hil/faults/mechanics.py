@@ -1,7 +1,5 @@
 """Mechanical faults of cables, spools, joints, springs, stops and gears, as changes of unit parameters."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Motor faults: between the drive that a servo requests and the drive of the shaft."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

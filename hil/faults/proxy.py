@@ -4,8 +4,6 @@ The proxy forwards the bytes of any program and any hand, a physical one too, in
 that a port delivers; a piece is one reply if the hand sends 16 bytes at once.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import select

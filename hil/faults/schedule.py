@@ -1,7 +1,5 @@
 """Requested faults of a hand, their random numbers, and the faults that have taken effect."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Iterable
 from random import Random
 

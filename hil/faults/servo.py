@@ -1,7 +1,5 @@
 """Servo faults: registers, ID, temperature, presence on the bus."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

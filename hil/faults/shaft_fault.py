@@ -1,7 +1,5 @@
 """Faults between a servo's shaft and the mechanics: a wrapper of a plant that changes one channel."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from aero.floats import Floats

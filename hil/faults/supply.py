@@ -1,7 +1,5 @@
 """Supply faults: low voltage, and voltage that sags under load down to a brown-out of the board."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from firmware_emulator.plant import Drive

@@ -1,7 +1,5 @@
 """Winding faults of the cables: between healthy servos and the mechanics."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from aero.channels import FINGERS, Channel

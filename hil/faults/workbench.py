@@ -3,8 +3,6 @@
 A `Workbench` stores the faults of a hand. Acts take effect at once, in the thread that moves the hand.
 """
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 from typing import Any

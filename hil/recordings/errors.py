@@ -1,7 +1,5 @@
 """Errors about files and recordings, never about the hand."""
 
-from __future__ import annotations
-
 import errno
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -4,8 +4,6 @@
 # validation, which then takes 9 % longer, 7.04 s of processor time instead of 6.44 s (minimum of four alternating
 # runs, mcap 1.6.0).
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -5,8 +5,6 @@ One topic a series (`/command`, one number a column), `/wire/to_hand` and `/wire
 at the end. The field `t` of a message is the exact time since the recording's start, s; the log time is the date.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Output folders and files, created and write-tested before a run so that no result is lost."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -5,8 +5,6 @@ Series, sampled once a control period: `codes` as read, `hand` (the codes as len
 the ground truth of hand and cube.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Provenance of a recording: time, host, operator, command line, versions and commit."""
 
-from __future__ import annotations
-
 import getpass
 import importlib.metadata
 import os

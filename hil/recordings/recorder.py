@@ -1,7 +1,5 @@
 """Recorder of a running experiment: samples, wire bytes and log lines."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from array import array

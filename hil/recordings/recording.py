@@ -4,8 +4,6 @@ A recording is immutable, and the only input of every metric, plot and report. `
 reads recordings.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Columns and units of the known series, and conversion of a file's series to them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@
 series, because the program's intended commands are unknown.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path

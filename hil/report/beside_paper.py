@@ -1,7 +1,5 @@
 """Comparison of measured values with the paper's, with limits and reasons for differences."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from importlib import resources

@@ -1,7 +1,5 @@
 """Comparison of two recordings by channel, without verdicts: two hands, or a hand and its emulated twin."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@
 | `bundle.json` | versions, commit, findings of `aero-hil doctor`, recordings that could not be read |
 """
 
-from __future__ import annotations
-
 import dataclasses
 import getpass
 import os

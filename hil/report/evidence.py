@@ -1,7 +1,5 @@
 """Evidence of findings: time range in a recording, worst instant, and the page's first plot."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Film of an emulated hand turning a cube, rendered from the recording of a policy."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

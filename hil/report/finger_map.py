@@ -1,7 +1,5 @@
 """Finger map of a report: each channel's verdict, or the reason for a missing verdict."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

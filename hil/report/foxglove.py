@@ -10,8 +10,6 @@
 Joint angles derive from the encoders: one angle for all joints of a cable, which cannot distinguish them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from functools import partial

@@ -1,7 +1,5 @@
 """Matplotlib figures as SVG in a common style."""
 
-from __future__ import annotations
-
 import io
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Measured values of a run with display names and units, for the page and as CSV."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

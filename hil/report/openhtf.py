@@ -3,8 +3,6 @@
 A reading that was not judged is UNSET in a phase that may pass. An unmeasurable one is UNSET and its phase fails.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any

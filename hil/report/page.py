@@ -1,7 +1,5 @@
 """Self-contained HTML page of one run: verdict and location, first plot, evidence, then details."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

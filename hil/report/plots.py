@@ -1,7 +1,5 @@
 """Interactive plots of a report: embedded readings, and the initial view of each plot."""
 
-from __future__ import annotations
-
 import base64
 import json
 import zlib

@@ -1,7 +1,5 @@
 """Result folder of a validation: recordings, checks, measured values, report."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Summary of a run for a terminal, at most one screen long."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from rich.text import Text

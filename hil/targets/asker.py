@@ -3,8 +3,6 @@
 `Asker` is implemented by a terminal, a page and a simulated owner.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar

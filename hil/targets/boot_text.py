@@ -4,8 +4,6 @@ Firmware cannot report its version; the boot text is the only evidence. Source: 
 published images 0.1.0 to 0.2.0.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Construction of an emulated hand: mechanics of a unit, electronics with one firmware, and the link to a host."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from random import Random
 

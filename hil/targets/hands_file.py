@@ -3,8 +3,6 @@
 The file is in the working folder or in the user's configuration folder, and contains data only, no code.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys

@@ -1,7 +1,5 @@
 """User acts on a served hand: commands from prompt and page, executed in the serving thread."""
 
-from __future__ import annotations
-
 import math
 import os
 import select

@@ -1,7 +1,5 @@
 """Opening of a target: an emulated hand in this process or on a pseudo-terminal, or a physical hand on a port."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, closing, contextmanager

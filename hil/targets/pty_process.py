@@ -1,7 +1,5 @@
 """Emulated hand in a child process, for the target `pty`."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os

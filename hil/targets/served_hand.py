@@ -3,8 +3,6 @@
 The child takes acts on standard input, and prints lines that begin with the words below.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Emulated hand in this process that outlives the programs at its port, as a physical hand does."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace

@@ -4,8 +4,6 @@ An experiment never depends on the kind of target. Features of some targets only
 returns by class.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeVar

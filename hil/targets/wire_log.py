@@ -1,7 +1,5 @@
 """Transport with a log of its bytes."""
 
-from __future__ import annotations
-
 import logging
 from collections import deque
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Stored figures of one hand and their comparison with a later run."""
 
-from __future__ import annotations
-
 import math
 import os
 import shutil

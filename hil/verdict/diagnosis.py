@@ -1,7 +1,5 @@
 """Diagnosis of a failed run: suspects, evidence and the most informative next step."""
 
-from __future__ import annotations
-
 import shlex
 from dataclasses import dataclass
 from pathlib import Path

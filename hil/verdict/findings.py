@@ -1,7 +1,5 @@
 """Findings (one reading each, compared with its limit) and readings that were not judged."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum

@@ -4,8 +4,6 @@ No board reports its version, but each version has limits from healthy hands. A 
 named version and all within limits for another is a healthy hand with the other version.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from aero.firmware import VERSION_GROUPS, Firmware, firmware_of

@@ -1,7 +1,5 @@
 """Judged run of experiments: recordings, readings, findings, ending, diagnosis."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ firmware; `hil/data/population.toml` names the hands that `python -m train.limit
 own `checks.toml`.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Callable, Iterable, Mapping

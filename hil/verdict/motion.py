@@ -1,7 +1,5 @@
 """Exclusion of channels without motion from metrics that need motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Observations on a channel's curves, shown beside the suspects without cause or judgement."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 

@@ -1,7 +1,5 @@
 """Suspected parts, each on a channel where the hand has several."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

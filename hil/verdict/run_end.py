@@ -1,7 +1,5 @@
 """End of a run as one value: kind, experiment, reason, channel, partial recordings."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from enum import Enum
 

@@ -1,7 +1,5 @@
 """Failed findings as one sentence per channel: the strongest reading of each kind of evidence, without causes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from aero.driver import CURRENT_A_PER_UNIT

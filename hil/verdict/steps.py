@@ -1,7 +1,5 @@
 """Failure modes, and the steps of a case that separate them, from `steps.toml`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum

@@ -1,7 +1,5 @@
 """Validation: experiments run on a target and judged."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress

@@ -3,8 +3,6 @@
 Prints `ready URL` once the page can be opened, and exits at the end of its input at the latest.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -5,8 +5,6 @@ page's address therefore begins with a random folder, without which the server r
 viser's page derives the WebSocket address from its own.
 """
 
-from __future__ import annotations
-
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

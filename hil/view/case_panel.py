@@ -1,7 +1,5 @@
 """Panel of a case on the page: step, question with buttons, and Stop."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

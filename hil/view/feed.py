@@ -3,8 +3,6 @@
 Only opening and ending the page block, with time-outs. Frames are dropped if the page is too slow.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import threading

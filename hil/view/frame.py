@@ -1,7 +1,5 @@
 """Messages to the page's process, one line of JSON each: frames of a hand, events, findings, questions."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field

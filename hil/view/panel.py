@@ -1,7 +1,5 @@
 """Tables beside the drawn hand, as HTML with all text escaped."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """3D scene of the page: links of the model, cables, and bones of the commanded posture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import Any

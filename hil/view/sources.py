@@ -4,8 +4,6 @@ A source is sampled in a separate thread while the hand is driven. Sampling is p
 neither physics nor clock.
 """
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

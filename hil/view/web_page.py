@@ -1,7 +1,5 @@
 """Page with the drawn hand, tables, two plots, and a time line over the received frames."""
 
-from __future__ import annotations
-
 import time
 from bisect import bisect_right
 from collections import deque

@@ -4,8 +4,6 @@
 result, `docs/figures/stored/lerobot.commands.json`.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import signal

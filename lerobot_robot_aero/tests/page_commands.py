@@ -1,7 +1,5 @@
 """LeRobot's commands as lerobot_robot_aero/lerobot.md shows them, for the tests and for the figures of the page."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

@@ -1,7 +1,5 @@
 """Geometry of the mechanism as data: palm, four copies of one finger, thumb, cables."""
 
-from __future__ import annotations
-
 from dataclasses import fields, is_dataclass, replace
 from operator import mul
 from typing import Any

@@ -4,8 +4,6 @@ Source: released tendon model `AeroCubeRotateZAxis` (MuJoCo Playground 0.2.0); s
 "Cable transmission as spatial tendons". Link frames: x along the joint axes, -y palmar, z distal.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 

@@ -4,8 +4,6 @@ Source: released tendon model `AeroCubeRotateZAxis` (MuJoCo Playground 0.2.0). P
 -y out of the palm, z towards the fingertips; the palm faces up, its fingers 20° below the horizontal.
 """
 
-from __future__ import annotations
-
 from model.geometry.elements import Box, Guide, Link, Quaternion
 
 _ACROSS: Quaternion = (-0.5, -0.5, -0.5, 0.5)

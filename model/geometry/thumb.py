@@ -4,8 +4,6 @@ Source: released tendon model `AeroCubeRotateZAxis` (MuJoCo Playground 0.2.0); s
 "Cable transmission as spatial tendons". A pulley on the metacarpal that carries no cable is omitted.
 """
 
-from __future__ import annotations
-
 from math import pi, radians
 
 from aero.channels import Joint

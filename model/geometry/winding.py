@@ -7,8 +7,6 @@ The actuation map has its own coefficients: a plant that shared them could not r
 compares both.
 """
 
-from __future__ import annotations
-
 from aero.channels import FINGERS, Channel, Joint
 
 SPOOL_RADIUS = 9.0e-3

@@ -4,8 +4,6 @@
 their defaults. The motors' back-EMF follows from the servos. `description` identifies the hand.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass, field
 from importlib import resources

@@ -5,8 +5,6 @@ the cable lengths (`aero-hil calibrate` fits one to recordings). The hand's emul
 and the joint errors there give the correction. The distribution of a cable among a finger's joints is not corrected.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 

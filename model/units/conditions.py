@@ -4,8 +4,6 @@ Conditions are not faults: `Conditions` describes one hand, `RANGES` the variati
 conditions at random. A validation must hold under all of them.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Collection

@@ -1,7 +1,5 @@
 """Plausible units: randomly drawn hands from the same parts, each identified by its seed."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from dataclasses import dataclass

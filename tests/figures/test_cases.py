@@ -1,7 +1,5 @@
 """The played cases of docs/diagnosis.md: each is stored as it ends, and a run that was interrupted goes on."""
 
-from __future__ import annotations
-
 import pytest
 from figures import diagnosis
 from owner import Played

@@ -1,7 +1,5 @@
 """The tables of measured figures in the pages are those that are stored, and what is stored is measured."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """Emulated hands on a bench, and frames to talk to them; encoded here once more, not borrowed from the emulator."""
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Callable, Sequence

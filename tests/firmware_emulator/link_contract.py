@@ -3,8 +3,6 @@
 Nothing here homes, trims, changes an ID or moves a channel; settings are put back to the firmware's defaults.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable
 from contextlib import AbstractContextManager

@@ -5,8 +5,6 @@ IDS has one digit a servo; MODEL is the kind of all of them.
 Clients busy-poll and have short time-outs, so the hand must not share an interpreter with them.
 """
 
-from __future__ import annotations
-
 import signal
 import sys
 import threading

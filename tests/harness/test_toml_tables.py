@@ -1,7 +1,5 @@
 """A table fills exactly the fields that it names; each mistake is one line with its table and key."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

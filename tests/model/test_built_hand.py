@@ -1,7 +1,5 @@
 """What hangs on the shafts: one-way cables, springs, friction, end stops, couplings."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Any plausible hand, driven in any way: finite, one-way, bounded, and at rest when let go."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st

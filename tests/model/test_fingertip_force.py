@@ -1,7 +1,5 @@
 """Force at a fingertip, the one figure of strength the paper gives: about 12 N for each finger and the thumb."""
 
-from __future__ import annotations
-
 import pytest
 from measured_hand import fingertip_force
 

@@ -1,7 +1,5 @@
 """The description itself: complete, and its reflection a true mirror image."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The plant as an interface: time, drives, efforts, motors. What hangs on the shafts is in `test_built_hand`."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

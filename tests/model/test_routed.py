@@ -1,7 +1,5 @@
 """The routed hand against the released tendon model: counts, masses, constants carried into the compiled model."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

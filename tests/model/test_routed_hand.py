@@ -1,7 +1,5 @@
 """What the routed geometry gives: sweeps, extremes and the mirrored hand, against the released model's figures."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

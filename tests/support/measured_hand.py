@@ -1,7 +1,5 @@
 """Measurements of the built hand for tests and docs/hand_model.md: stops, loads, forces, a step."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 from servo_law import COUNT, STALL, push, settle, towards

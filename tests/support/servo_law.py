@@ -1,7 +1,5 @@
 """Servo drive for tests of the plant: position gain, damping and full effort of the recorded hand."""
 
-from __future__ import annotations
-
 from math import tau
 
 from firmware_emulator.plant import Drive

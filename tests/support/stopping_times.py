@@ -1,7 +1,5 @@
 """Faults of a moving hand, and the time until the guard starts to open it."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -64,6 +64,7 @@ def test_prose_is_no_change_and_a_number_is():
     before = b'"""Old words."""\n\n\ndef f():\n    """Old."""\n    return 1.5  # why\n'
     prose = b'"""New words."""\n\ndef f():\n    """New."""\n    return 1.5\n'
     assert meaning("f.py", before) == meaning("f.py", prose)
+    assert meaning("f.py", before) == meaning("f.py", b"from __future__ import annotations\n" + prose)
     assert meaning("f.py", before) != meaning("f.py", before.replace(b"1.5", b"1.6"))
     assert meaning("f.toml", b"a = 1 # old\n") == meaning("f.toml", b"a = 1\n") != meaning("f.toml", b"a = 2\n")
     assert meaning("f.csv", b"1\n") != meaning("f.csv", b"2\n")

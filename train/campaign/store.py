@@ -4,8 +4,6 @@
 transaction, so a program that is killed leaves whole outcomes and nothing else.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Iterable, Iterator

@@ -1,7 +1,5 @@
 """Summary of a campaign: flagged hands, detection by severity, suspected parts."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Run of a campaign: one emulated hand, healthy or faulty, through the experiments to its numbers."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Commands that make data and policies; `aero-hil` finds this table through the entry point `train`."""
 
-from __future__ import annotations
-
 from hil.cli.command_table import Command
 
 COMMANDS: dict[str, Command] = {

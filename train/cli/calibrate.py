@@ -1,7 +1,5 @@
 """`aero-hil calibrate`: fit of a unit file to recordings of a physical hand."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 from pathlib import Path

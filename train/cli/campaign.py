@@ -1,7 +1,5 @@
 """`aero-hil campaign`: one validation each of many emulated hands, healthy and faulty."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager

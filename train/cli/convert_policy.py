@@ -1,7 +1,5 @@
 """`aero-hil convert-policy`: conversion of a Brax or MuJoCo Playground checkpoint to a policy file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

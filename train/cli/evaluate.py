@@ -1,7 +1,5 @@
 """`aero-hil evaluate`: survival and rotation rate of a policy on emulated hands."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict

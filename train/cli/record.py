@@ -1,7 +1,5 @@
 """`aero-hil record`: excitation of a hand, recorded for calibration."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """Final tables of `aero-hil calibrate`: prediction errors of a unit on recordings."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """`aero-hil train`: training of a policy."""
 
-from __future__ import annotations
-
 import sys
 from hashlib import sha256
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Trial of a policy on an emulated hand with board, bus and cube: survival and rotation rate."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

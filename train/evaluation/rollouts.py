@@ -1,7 +1,5 @@
 """Batched episodes of a policy in simulation, with the deployed NumPy network."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Measurement of a policy in simulation: plain MuJoCo as trained, behind servos, and built hands of the training."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

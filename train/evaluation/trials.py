@@ -1,7 +1,5 @@
 """Trials on emulated hands with board and bus: their cases, execution on all cores, and summary figures."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial

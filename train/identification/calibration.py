@@ -1,7 +1,5 @@
 """Calibration of a unit: fit to traces, 95 % intervals, cross-validated residuals."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace

@@ -5,8 +5,6 @@ hand. The fingers move together, because they cannot collide with each other. Ea
 the thumb can meet the fingers and its channels are coupled.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass

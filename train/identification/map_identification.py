@@ -1,7 +1,5 @@
 """Identification of the actuation map: sweep of the routed hand and fit (paper, section "The actuation map")."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 The repeatability, from recordings with equal commands, is a lower bound for the error of any model.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations

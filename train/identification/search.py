@@ -5,8 +5,6 @@ telemetry. Slopes need most of the replays, so several steps share them. A Gauss
 that the traces do not determine near their initial values.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Calibration's view of a recording: commands, encoder counts, currents and temperatures with their times."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

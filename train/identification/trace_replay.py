@@ -4,8 +4,6 @@ A calibration needs hundreds of replays, so a reading is taken from the board's 
 of being requested through the link. A test compares the replay with a driver that uses the link.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

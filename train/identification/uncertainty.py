@@ -1,7 +1,5 @@
 """Uncertainty of fitted numbers: 95 % intervals from the slopes at the solution and the prior."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 

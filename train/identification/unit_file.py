@@ -1,7 +1,5 @@
 """Unit as a TOML file for `model.units`, each number with its physical unit and source."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Mapping

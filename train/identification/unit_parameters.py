@@ -1,7 +1,5 @@
 """Unit as a model for calibration: its free numbers, and its prediction by replays through the whole chain."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence, Set

@@ -1,7 +1,5 @@
 """`python -m train.limits`: population of healthy hands, their validation, and the limits computed from both."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -6,8 +6,6 @@ Pareto distribution, the limit distribution of excesses over a high threshold (P
 from the first two L-moments of the excesses (Hosking and Wallis 1987).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ All kinds of healthy hands have equal weight: both sides, with and without guard
 firmware. Each hand is homed before the validation, as the instructions for owners require.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import replace

@@ -4,8 +4,6 @@ A limit keeps at least this distance from any healthy reading, because a closer 
 quantity interpolated between samples (rise time, rate, ratio) has no such step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

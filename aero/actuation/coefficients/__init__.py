@@ -4,8 +4,6 @@ Two sets are shipped: `paper`, the published one and the default, and `identifie
 `python -m train.identification.map_identification`. A set for another hand or model loads from a TOML file.
 """
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Mapping

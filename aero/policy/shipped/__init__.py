@@ -1,7 +1,5 @@
 """Shipped policies by name."""
 
-from __future__ import annotations
-
 from importlib.resources import as_file, files
 from pathlib import Path
 

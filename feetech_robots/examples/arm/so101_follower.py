@@ -6,8 +6,6 @@ Runs where LeRobot 0.6 is installed; `aero-hil emulate-bus` may be in another en
 moves the limp arm as the calibration asks, and presses ENTER. Prints one JSON object.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import logging

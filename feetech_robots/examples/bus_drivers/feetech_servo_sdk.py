@@ -1,7 +1,5 @@
 """feetech-servo-sdk 1.0.0, with the helpers that it has for signs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import scservo_sdk as sdk

@@ -1,7 +1,5 @@
 """ftservo-python-sdk 2.0.1, with its calls for positions where it has them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """LeRobot's `FeetechMotorsBus`, 0.6."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from lerobot.motors import Motor, MotorNormMode

@@ -1,7 +1,5 @@
 """Interface of a bus driver under test, and the emulated bus for its tests, in a separate process."""
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence

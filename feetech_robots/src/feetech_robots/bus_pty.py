@@ -1,7 +1,5 @@
 """Real-time server of a servo chain: the bus on a pseudo-terminal or on a serial port."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path

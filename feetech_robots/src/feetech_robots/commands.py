@@ -1,7 +1,5 @@
 """Commands added to `aero-hil` by this package."""
 
-from __future__ import annotations
-
 from hil.cli.command_table import Command
 
 COMMANDS: dict[str, Command] = {

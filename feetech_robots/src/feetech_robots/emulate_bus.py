@@ -1,7 +1,5 @@
 """Command `aero-hil emulate-bus`: any robot of bus servos on a pseudo-terminal, in real time."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -5,8 +5,6 @@ and independently of the maker's SDK and its errors.
 `FF FF id length code parameters checksum`; source: FTServo_Arduino v2.0.0, `SCS.cpp`.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from aero.transport import Transport

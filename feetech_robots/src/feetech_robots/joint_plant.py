@@ -4,8 +4,6 @@ The inner loop of each servo is an actuator of the physics engine, as in `model.
 the file. Inertia, friction, damping, ranges, contacts and gravity of the file are kept.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

@@ -16,8 +16,6 @@
 `id`, `model` and `joint` are required; defaults of the others: 1, 2048, 1, 0, and none for the last two.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

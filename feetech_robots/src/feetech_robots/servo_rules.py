@@ -1,7 +1,5 @@
 """Diagnostic rules for single servos and whole buses, one function per rule, and a repeatability test."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 
 from feetech_robots.feetech_bus import FeetechBus

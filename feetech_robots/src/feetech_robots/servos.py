@@ -1,7 +1,5 @@
 """Command `aero-hil servos`: check servos on their bus, and set them up before a robot is assembled."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Read-only survey of the servos on a bus."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal

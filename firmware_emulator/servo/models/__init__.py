@@ -3,8 +3,6 @@
 Every number names its source by a letter of its file's `[sources]`; numbers without a source are marked as unknown.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path

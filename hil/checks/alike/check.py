@@ -4,8 +4,6 @@ The servos are in the same room, so they differ less among each other than betwe
 the readings of the other experiments.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@ The expected signs come from the mechanism (`closing_current`), not from the map
 `command_codes`, `currents` and `temperatures`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from aero.actuation.window import fits_span

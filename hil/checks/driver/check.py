@@ -5,8 +5,6 @@ Needs no ground truth. The recorded frames are decoded a second time by the boar
 experiment: measured on the recording of each experiment, and the worst result counts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ order. Equations and numbers: paper, chapter "Actuation Mapping"; further digits
 (aero-hand-open 7084ad3), the shift of the windows from firmware 0.2.0 (6a3022d).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from aero.floats import Floats

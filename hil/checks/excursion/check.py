@@ -5,8 +5,6 @@ As in the paper's kinematic validation, the fist is compared with the simulator 
 `command_codes`, `currents` and `temperatures`.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -3,8 +3,6 @@
 Records `codes`, `command_codes`, `currents` and `temperatures`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from aero.channels import Channel

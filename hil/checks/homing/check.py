@@ -4,8 +4,6 @@ Runs only by name, because it drives every channel into its stop. Records `codes
 each homing show the zero.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from aero.channels import CABLES

@@ -5,8 +5,6 @@ question. Records `codes`, `command_codes`, `currents` and `temperatures`; answe
 as events with the questions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from aero.channels import FINGERS, Channel

@@ -3,8 +3,6 @@
 Records `codes`, `currents` and `temperatures`, and the bytes on the wire. The hand gets no commands.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from aero.channels import Channel

@@ -3,8 +3,6 @@
 Defined as in the paper. Runs only by name. Records `codes`, `command_codes`, `currents` and `temperatures`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

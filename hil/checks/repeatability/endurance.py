@@ -1,7 +1,5 @@
 """Endurance: fifty closures of the whole hand to a fist. Runs only by name."""
 
-from __future__ import annotations
-
 from aero.channels import Channel
 from hil.checks.repeatability.check import close_again, measure
 from hil.recordings.recorder import Progress, Recorder

@@ -5,8 +5,6 @@ The paper separates both with a logged rollout; this fixed sequence has the rate
 rollout. Records the series of `follow`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from aero.channels import Channel

@@ -3,8 +3,6 @@
 Records `codes` and `command_codes`; encoders are polled as fast as the link permits.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 Not an experiment: measured on the session recording of every validation.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 

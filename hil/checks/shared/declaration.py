@@ -29,8 +29,6 @@ tetherIA-aero-hand-open 58b518e). "The paper": its hand, with firmware `pre`; it
 transmission model" and the sections "Kinematic validation" and "Dynamic validation".
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace

@@ -1,7 +1,5 @@
 """Requests and replies, parsed from the bytes on the wire."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 

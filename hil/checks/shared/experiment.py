@@ -1,7 +1,5 @@
 """Common parts of the experiments: description, sampling, names of results."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps

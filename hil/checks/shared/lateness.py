@@ -1,7 +1,5 @@
 """Delays of this computer, or of an emulated board on it, from loop records and from the times of bytes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 

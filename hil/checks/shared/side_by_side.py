@@ -1,7 +1,5 @@
 """Parallel run of one command stream on the simulator and the hand."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 from aero.channels import Channel

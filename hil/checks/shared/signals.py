@@ -1,7 +1,5 @@
 """Operations on sampled signals and command steps, shared by the experiments."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

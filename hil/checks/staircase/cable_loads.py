@@ -4,8 +4,6 @@ The servo current is sampled at every level on the way up and on the way down. H
 springs, half the difference is friction.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ paper publishes neither the number of levels nor their timing; 20 levels up and 
 and 0.48 s per level include settled samples (0.4 s after a change).
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass

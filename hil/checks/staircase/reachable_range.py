@@ -1,7 +1,5 @@
 """Calibrated range of each channel in the simulator, and its reachable part within a hand's window."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from aero.actuation import ActuationMap

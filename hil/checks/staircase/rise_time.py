@@ -1,7 +1,5 @@
 """Response of a trace to one command step: change, 10-90 % rise time, overshoot."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

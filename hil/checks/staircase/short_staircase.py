@@ -5,8 +5,6 @@ opens. No channel reaches a stop, so any firmware may run the test, guarded or n
 servo's gain, speed and motion profile, and hardly to the hand's mechanics. Records the series of `follow`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from aero.channels import Channel

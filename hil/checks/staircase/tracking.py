@@ -4,8 +4,6 @@ All functions are pure functions of the recording's series: `command` and `hand`
 rad), `model` (simulator length on the simulator's own time base) and `travel` (cable wound onto the spools, m or rad).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,8 +5,6 @@ window's origin and, with firmware `main`, the servo's position; it changes noth
 `command_codes` and `currents`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from aero.channels import CABLES, FINGERS, Channel

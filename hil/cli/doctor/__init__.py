@@ -1,7 +1,5 @@
 """`aero-hil doctor`: examination of this machine, its ports and a hand at rest, with remedies."""
 
-from __future__ import annotations
-
 import json
 import os
 import sys

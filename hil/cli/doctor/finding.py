@@ -1,7 +1,5 @@
 """Finding of an examination: verdict, observation, remedy."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum

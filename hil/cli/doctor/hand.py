@@ -1,7 +1,5 @@
 """Examination of serial ports and of a hand at rest, without motion or register writes."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

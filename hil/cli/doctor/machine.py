@@ -1,7 +1,5 @@
 """Examination of this machine: Python, installation, MuJoCo's drawing, scheduling jitter."""
 
-from __future__ import annotations
-
 import os
 import platform
 import subprocess

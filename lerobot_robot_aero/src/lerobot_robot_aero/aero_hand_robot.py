@@ -1,7 +1,5 @@
 """Robot `aero_hand`: a guarded hand with the interface of LeRobot."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from contextlib import ExitStack

@@ -1,7 +1,5 @@
 """Teleoperator `aero_twin`: angles from another hand or from a recording."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from contextlib import ExitStack

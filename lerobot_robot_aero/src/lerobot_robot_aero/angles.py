@@ -1,7 +1,5 @@
 """Conversion between the angles in LeRobot's data sets and the command codes of a hand."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self

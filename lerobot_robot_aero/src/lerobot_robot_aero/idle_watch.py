@@ -4,8 +4,6 @@ A guard polls its hand during the program's calls, and opens a hand that was not
 no calls while saving an episode or encoding videos, with the fingers still closed.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 from types import TracebackType

@@ -1,7 +1,5 @@
 """Opening of the hand selected by a configuration."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Playback of a recording's position commands as angles."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
