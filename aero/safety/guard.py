@@ -53,6 +53,7 @@ class Guard:
         self.limits = ServoLimits(hand, usual, thresholds)
         telemetry_s = TELEMETRY_AGE_PRE_S if usual is None else TELEMETRY_AGE_S
         self.lookout = Lookout(hand, clock, thresholds, spans_counts, telemetry_s)
+        self._encoders = self.lookout.watch.encoders
         self.last_codes = position_codes(OPEN)
         self.commands = 0
         """Number of position commands, including failed ones."""
@@ -115,12 +116,12 @@ class Guard:
             raise
         self.in_torque_mode = False
         self._closed = closed
-        self.lookout.watch.encoders.commanded(self._clock.now(), codes / MAX_CODE)
+        self._encoders.commanded(self._clock.now(), codes / MAX_CODE)
 
     def command_torques(self, magnitudes: NDArray[np.int64]) -> None:
         """Poll the hand, and pull channels closed with torques (7,), without a check of the encoders."""
         self.poll()
-        self.lookout.watch.encoders.forget()
+        self._encoders.forget()
         self._closed = self.in_torque_mode = True
         self._hand.command_torques(magnitudes)
 
@@ -134,7 +135,7 @@ class Guard:
 
     def found(self, shares: NDArray[np.float64]) -> None:
         """Record the positions (7,), fraction of the window, at the end of the slow opening."""
-        self.lookout.watch.encoders.found(self._clock.now(), shares)
+        self._encoders.found(self._clock.now(), shares)
 
     def abort(self, violation: Violation, *, silent: bool = False) -> NoReturn:
         """Stop the hand for a violation.

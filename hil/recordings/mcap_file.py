@@ -29,10 +29,11 @@ from aero.actuation import CommandWindow
 from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
 from aero.whole_file import begin_file, whole
+from aero_hil_toml import filled
 from hil.faults.link_faults import Direction
 from hil.recordings.errors import UnusableFileError, writing
 from hil.recordings.mcap_chunks import ChunkWriter
-from hil.recordings.recording import Event, Header, Recording, Series, Severity, check_header
+from hil.recordings.recording import Event, Header, Recording, Series, Severity
 from hil.recordings.series_layout import conformed
 from hil.targets.wire_log import (
     WireRecord,
@@ -61,6 +62,8 @@ LARGEST_RECORD = 64 * 2**20
 """Threshold of record size, bytes; above it the file counts as damaged. Real records have a few kB."""
 LEAST_ROOM, MOST_TIMES = 2**23, 25
 """Decompression limit: the larger of 8 MiB and 25 times the file size. Real recordings expand 2 to 5 times."""
+FARTHEST_NS = 2**63
+"""Limit of dates, ns from 1970. Source: MCAP times are 64 bits wide."""
 DAMAGED = (
     McapError,
     ZstdError,
@@ -358,8 +361,9 @@ def _header(record: Metadata, path: Path) -> Header:
     if record.metadata.get(DIGEST, digest(content)) != digest(content):
         raise UnusableFileError(f"{path} is damaged: its header does not fit its SHA-256")
     known = {name: value for name, value in content.items() if name not in FORMER_FIELDS}
-    check_header(known)
-    header = Header(**known)
+    header = filled(Header, known, "its header")
+    if abs(epoch_ns(header)) >= FARTHEST_NS:
+        raise ValueError(f"its header.started is {header.started}")
     try:
         CommandWindow.for_firmware(header.firmware, header.window, header.hand)
     except ValueError as error:

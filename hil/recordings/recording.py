@@ -4,14 +4,13 @@ A recording is immutable, and the only input of every metric, plot and report. `
 reads recordings.
 """
 
-import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from functools import cached_property
-from typing import Any, Literal, Self, get_args, get_type_hints
+from typing import Annotated, Literal, Self
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import ArrayLike, NDArray
 
 from aero.side import Side
@@ -20,6 +19,9 @@ from hil.targets.delays import Delay, Loop
 from hil.targets.wire_log import WireRecord
 
 Severity = Literal["info", "warning", "error"]
+LARGEST = 1e15
+"""Magnitude limit of any number in a header."""
+Number = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
 
 
 @dataclass(frozen=True)
@@ -40,11 +42,11 @@ class Header:
     """Name of the actuation map's command window (calibration state)."""
     unit: str
     """Unit file of an emulated hand; `physical` for a hand on a port."""
-    seed: int
+    seed: Annotated[int, Meta(ge=0)]
     """Seed of the emulated hand's noise; meaningless for a hand on a port."""
-    parameters: Mapping[str, float | str] = field(default_factory=dict)
+    parameters: Mapping[str, Number | int | str] = field(default_factory=dict)
     """Parameters of the experiment, units in the names."""
-    safety: Mapping[str, float] = field(default_factory=dict)
+    safety: Mapping[str, Number] = field(default_factory=dict)
     """Thresholds of `aero.safety` by name; empty for an unguarded hand."""
     versions: Mapping[str, str] = field(default_factory=dict)
     """Versions of Python, aero-hil and its numerical libraries."""
@@ -52,7 +54,7 @@ class Header:
     """Git commit of aero-hil, `+changes` for an edited tree; empty if unknown."""
     started: str = ""
     """Start date and time, ISO 8601 with zone; empty in recordings of version 0.1."""
-    duration_s: float = 0.0
+    duration_s: Annotated[float, Meta(ge=0.0, le=LARGEST)] = 0.0
     """Duration in hand time, s; zero in an unfinished recording."""
     finished: bool = True
     """True if the experiment ran to its end and the file is complete."""
@@ -205,65 +207,3 @@ def delay_series(delays: Sequence[Delay]) -> Series | None:
         return None
     values = [[delay.by_s if delay.loop is loop else 0.0 for loop in Loop] for delay in delays]
     return Series.of([loop.value for loop in Loop], ["s"] * len(Loop), [delay.t for delay in delays], values)
-
-
-def _text(value: Any) -> bool:
-    return isinstance(value, str)
-
-
-def _whole(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
-
-
-def _number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
-
-
-def _table(of: Callable[[Any], bool]) -> Callable[[Any], bool]:
-    return lambda value: isinstance(value, Mapping) and all(map(_text, value)) and all(map(of, value.values()))
-
-
-def _date(value: Any) -> bool:
-    if not _text(value):
-        return False
-    try:
-        return not value or abs(datetime.fromisoformat(value).timestamp()) < FARTHEST_S
-    except (ValueError, OverflowError, OSError):
-        return False
-
-
-LARGEST = 1e15
-"""Magnitude limit of any number in a header."""
-FARTHEST_S = 2**33
-"""Limit of dates, s from 1970. Source: MCAP times, ns in 64 bits, end in the year 2554."""
-TYPES: dict[Any, tuple[Callable[[Any], bool], str]] = {
-    str: (_text, "a text"),
-    int: (_whole, "a whole number from 0 on"),
-    float: (lambda value: _number(value) and value >= 0.0, "seconds from 0 on"),
-    bool: (lambda value: isinstance(value, bool), "true or false"),
-    Side: (lambda value: value in get_args(Side), "right or left"),
-    Mapping[str, float | str]: (
-        _table(lambda value: _text(value) or _number(value)),
-        "texts and finite numbers by name",
-    ),
-    Mapping[str, float]: (_table(_number), "finite numbers by name"),
-    Mapping[str, str]: (_table(_text), "texts by name"),
-}
-"""Type of a `Header` field, to its validator and the text that describes valid values."""
-FIELD_KINDS = {name: TYPES[kind] for name, kind in get_type_hints(Header).items()} | {
-    "started": (_date, "a date, ISO 8601")
-}
-
-
-def check_header(header: Mapping[str, Any]) -> None:
-    """Validate every value of a header against its field.
-
-    Raises:
-        ValueError: an invalid value or an unknown field; the message names the field.
-    """
-    for name, value in header.items():
-        if name not in FIELD_KINDS:
-            raise ValueError(f"the header has a field {name!r}, which this version does not know")
-        accepts, what = FIELD_KINDS[name]
-        if not accepts(value) or (isinstance(value, float) and math.isnan(value)):
-            raise ValueError(f"{name} in the header is {str(value)[:80]!r}, not {what}")
