@@ -67,7 +67,6 @@ _LENT: pytest.StashKey[LentHand] = pytest.StashKey()
 _NO_HAND = pytest.StashKey[str]()
 """Error that prevented opening the hand, in a worker of pytest-xdist."""
 _FAILED = pytest.StashKey[str]()
-"""Name of the failed presence test."""
 
 
 def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:

@@ -73,7 +73,6 @@ class ChildProcess:
         )
         readers = (self._read, self._read_errors) if own_errors else (self._read,)
         self.pid = self._process.pid
-        """Process ID."""
         _ALL.add(self)
         self._readers: list[threading.Thread] = []
         try:

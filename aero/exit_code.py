@@ -24,7 +24,6 @@ class Exit(IntEnum):
     HOST_BUSY = 7
     """Scheduling delays of this computer were too frequent for a verdict."""
     DEFECT = 70
-    """Bug in this program."""
 
 
 STOPPING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))

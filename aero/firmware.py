@@ -29,11 +29,8 @@ class BootText(Enum):
     PINGS = auto()
     """Ping result of each servo, without the hand's side."""
     HAND_AND_PINGS = auto()
-    """Side of the hand and ping result of each servo."""
     AUTO_HOMING = auto()
-    """Announcement of automatic homing."""
     RESET_AND_PINGS = auto()
-    """Reset reason and ping result of each servo."""
     RESET = auto()
     """Reset reason."""
 
@@ -52,7 +49,6 @@ class Firmware:
     calibration_states: tuple[str, ...] = ("unshifted",)
     """Possible states of the command windows, the typical one first; see `aero.actuation.CommandWindow`."""
     calibrate_mid: bool = False
-    """Support of CALIBRATE_MID."""
     homing_s: float = 4.0
     """Homing time of a healthy hand, s."""
 

@@ -65,7 +65,6 @@ class HostLink:
     def __init__(self, transport: Transport, clock: Clock, longest_s: float = LATE_S) -> None:
         """Wrap an open transport; `longest_s` (s) is the time-out of a reading, 1 s after a failed one."""
         self.name = transport.name
-        """Display name of the link."""
         self._longest_s = longest_s
         self._alive = False
         self._transport = transport

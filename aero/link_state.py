@@ -67,7 +67,6 @@ AFTER: dict[tuple[State, LinkEvent], State] = {
     (State.CUT, LinkEvent.SEARCH_SUCCEEDS): State.IN_STEP,
     (State.CUT, LinkEvent.WRITE_BEGINS): State.CUT,
 }
-"""State after an event."""
 
 MAY_LEAVE: dict[State, frozenset[Content]] = {
     State.IN_STEP: frozenset(Content),

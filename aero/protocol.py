@@ -43,7 +43,6 @@ MAX_SPEED_SETTING = 32766
 MAX_TORQUE_SETTING = 1023
 """Largest torque limit that the board stores."""
 MAX_SERVO_ID = 253
-"""Largest settable servo ID."""
 REFUSED_CHANNEL = 0xFFFF
 """First word of a refused setting's acknowledgement."""
 

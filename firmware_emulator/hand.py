@@ -95,7 +95,6 @@ class EmulatedHand:
             ],
             seed=seed,
         )
-        """Servos, bus and clock."""
         self.kernel, self.clock = self.chain.kernel, self.chain.clock
         self.servos, self.bus = self.chain.servos, self.chain.bus
         self.on_transmit: Callable[[bytes], None] = self.keep

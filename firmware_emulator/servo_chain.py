@@ -22,7 +22,6 @@ class MountedServo(NamedTuple):
     id: int
     """Bus ID; duplicates are allowed."""
     mounting: Mounting
-    """Mounting of the servo on its shaft."""
     parameters: ServoParameters
     """Servo model and physical parameters."""
 

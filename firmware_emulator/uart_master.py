@@ -122,7 +122,6 @@ class UartMaster:
         self._arrived.fire()
 
     def _pull(self, count: int) -> bytes:
-        """Remove and return up to `count` received bytes."""
         taken = bytes(self._received[:count])
         del self._received[:count]
         return taken

@@ -26,7 +26,6 @@ _HOMES = {
     "Target": "hil.targets.target",
     "open_target": "hil.targets.opening",
 }
-"""Public name to the module that defines it."""
 
 __all__ = ["GroundTruth", "HandSpec", "MissingCapabilityError", "NoHandError", "Target", "open_target"]
 

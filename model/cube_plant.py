@@ -111,7 +111,6 @@ class CubeWatch:
         self.rotation_rad = 0.0
         """Rotation about the vertical during `alive_s`, rad."""
         self.lost = False
-        """True once the cube has fallen."""
         self._samples = self._untouched = self._let_go = 0
         self.postures: list[NDArray[np.float64]] = []
         """Posture of hand and cube at the end of each control period, for `model.pictures.frames`."""

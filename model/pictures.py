@@ -32,7 +32,6 @@ LEGEND: tuple[tuple[str, Rgba], ...] = (
 )
 _ANGLES = (*[0.10] * 3, *[0.16] * 3, *[0.24] * 3, *[0.32] * 3, 1.1, 0.3, 0.25, 0.25)
 POSE = dict(zip(Joint, _ANGLES, strict=True))
-"""Joint angles in a picture, rad."""
 STICKERS: dict[tuple[int, int, int], Rgba] = {
     (1, 0, 0): (0.80, 0.15, 0.15, 1.0),
     (-1, 0, 0): (0.95, 0.55, 0.10, 1.0),

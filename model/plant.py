@@ -64,7 +64,6 @@ class BuiltHandPlant(Plant):
         self.parameters = parameters or BuiltHandParameters()
         self._hand: Side = hand
         self.compiled = CompiledHand(self._spec(hand), self.parameters)
-        """Compiled hand with its drives."""
         self._model = self.compiled.model
         self._data = mujoco.MjData(self._model)
         # Views of MuJoCo's memory, cached because each attribute access creates an array.

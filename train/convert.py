@@ -157,7 +157,6 @@ def _unpickled(content: bytes) -> Any:
 
 
 def _files(path: Path) -> list[Path]:
-    """Return the files of a checkpoint."""
     if not path.is_dir():
         return [path]
     if not (path / "_METADATA").exists():

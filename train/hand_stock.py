@@ -40,7 +40,6 @@ class HandStock:
     stage: TrainingStage
     settings: PolicySettings
     seed: tuple[int, ...]
-    """Seed of the stage."""
     training: bool = True
     """Whether cubes follow the stage's reach and tail share; evaluation cubes are drawn without either."""
 

@@ -29,7 +29,6 @@ class RandomRow:
     """One row of the randomisation table, for one model."""
 
     name: str
-    """Name in the paper."""
     rule: Rule
     """Effect of a draw on the nominal value."""
     low: float

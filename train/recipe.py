@@ -52,7 +52,6 @@ class Redraw:
     every: int
     """Updates of the networks between two redraws."""
     hands: int
-    """Number of hands replaced by a redraw."""
 
 
 @dataclass(frozen=True)
@@ -92,11 +91,8 @@ class TrainingStage:
     """Part of a run with one reward and one set of PPO settings."""
 
     name: str
-    """Display name."""
     steps: int
-    """Duration of the stage, environment steps."""
     rewarded: RewardSettings = PAPER_REWARD
-    """Reward settings."""
     action_rate: Ramp | None = None
     """Weight of the squared change of the action; None for the constant weight of `rewarded`."""
     turning: TurningWeight | None = None
@@ -110,7 +106,6 @@ class TrainingStage:
     built: bool = False
     """True for built hands, False for routed ones."""
     hands: HandRanges = HANDS
-    """Ranges of the built hands' properties."""
     healthy: bool = False
     """True to draw built hands from the healthy population (`model.units.plausible`); fingertip friction and correction
     error still come from `hands`."""
@@ -125,27 +120,18 @@ class TrainingStage:
     tail_share: float = 0.0
     """Fraction of the training cubes with one property from `model.scene.TAILS`."""
     reset: ResetRanges = PAPER_RESET
-    """Spread of the episode starts."""
     episode_steps: int = 500
-    """Control steps until an episode is truncated."""
     staggered: bool = False
     """True for random initial ages of the first episodes, so that they do not all end at once."""
     unroll: int = 40
     """Control steps between two updates."""
     clipping: float = 0.3
-    """PPO's clipping parameter."""
     discount: float = 0.97
-    """Discount factor per control step."""
     learning_rate: Ramp = PAPER_RATE
-    """Adam's learning rate of the policy."""
     value_learning_rate: Ramp = PAPER_RATE
-    """Adam's learning rate of the value network."""
     gradient_norm: tuple[float, float] | None = None
-    """Clipping norms of the gradients of policy and value network."""
     entropy_cost: Ramp = PAPER_ENTROPY
-    """Weight of the policy's entropy."""
     frozen_updates: int = 0
-    """Number of initial updates that train only the value network."""
     measured: int = 100
     """Number of evaluation hands per checkpoint, one episode each."""
 
@@ -195,21 +181,17 @@ class Recipe:
     """Settings of a training run with Brax PPO; the PPO defaults are the paper's."""
 
     name: str
-    """Name of the recipe and of the trained policy."""
     task: Task
     """Task definition; each stage replaces its reward, starts, actuation and episode length."""
     stages: tuple[TrainingStage, ...]
     """Stages in order; each continues with the networks of its predecessor and selects its own best checkpoint."""
     goal: Goal = Goal()
-    """Criteria for ranking checkpoints."""
     environments: int = 256
-    """Parallel environments."""
     minibatches: int = 4
     """Number of minibatches into which one unroll of all environments is split."""
     epochs: int = 4
     """Passes over a batch."""
     checkpoint_steps: int = 204_800
-    """Environment steps between checkpoints."""
     gae: float = 0.95
     """Lambda of the generalised advantage estimate."""
     hidden: tuple[int, ...] = (512, 256, 128)
@@ -264,7 +246,6 @@ def _plain(value: object) -> object:
 
 
 PAPER = Recipe("paper", Task(), (TrainingStage("paper", 10_000_000),))
-"""Recipe with the paper's task, reward and settings."""
 
 BOLDEST = RewardSettings(Weights(action_rate=-0.1))
 """Reward of the first stage. At the paper's action-rate weight, exploration costs more than a gait earns, so many runs

@@ -22,7 +22,6 @@ from aero.whole_file import whole
 
 STATE, CURVE, PICTURE = "state.npz", "curve.csv", "curve.png"
 CHECKPOINTS = "checkpoints"
-"""Folder with the parameters of all checkpoints."""
 AVERAGE = "average_"
 """File name prefix of a checkpoint's moving average."""
 _STANDING = "standing"
@@ -47,7 +46,6 @@ class Tendency:
     hazard_per_s: float = 0.0
     """Drop rate of one hand, 1/s."""
     updates: int = 0
-    """Number of updates in the means."""
 
     def after(self, rate_rad_s: float, hazard_per_s: float) -> Tendency:
         """Return the means after one more update."""
@@ -64,29 +62,20 @@ class Standing:
     """Scalar state of a run; the arrays are stored beside it."""
 
     recipe: str
-    """Name of the recipe."""
     seed: int
-    """Seed of the run."""
     attempt: int = 0
     """Index of the current attempt; a stuck run starts another attempt."""
     stage: int = 0
-    """Index of the current stage in the recipe."""
     steps: int = 0
-    """Environment steps of the current attempt."""
     updates: int = 0
-    """Updates of the networks in the current stage."""
     new_hands: int = 0
-    """Number of hands that have arrived in the current stage."""
     drop_price: float | None = None
     """Price of a drop if it adapts to the drop rate, else None."""
     tendency: Tendency = field(default_factory=Tendency)
     """Running means over the hands in training."""
     elapsed_s: float = 0.0
-    """Wall time of all attempts, s."""
     resumes: int = 0
-    """Number of resumes."""
     best_rate_rad_s: float = 0.0
-    """Highest rate of the attempt's checkpoints, rad/s."""
     best_score: float | None = None
     """Score of the stage's best checkpoint."""
     measured_at: int = 0
@@ -156,17 +145,13 @@ class Checkpoint:
     """Point of the learning curve: the deterministic policy from a set of random starts."""
 
     attempt: int
-    """Index of the attempt, 0 for the first."""
     steps: int
-    """Environment steps of this attempt."""
     elapsed_s: float
     """Wall time since the start of the first attempt, s."""
     steps_per_s: float
     """Environment steps of this attempt per second of `elapsed_s`."""
     rotation_rad: float
-    """Median rotation in an episode, rad."""
     rate_rad_s: float
-    """Mean angular velocity, rad/s."""
     survival: float
     """Fraction of episodes that kept the cube."""
     airborne: float
@@ -182,7 +167,6 @@ class Checkpoint:
     hazard_per_s: float = nan
     """Running mean of the drop rate in training, 1/s."""
     drop_price: float = nan
-    """Price of a drop."""
     rate_error_rad_s: float = nan
     """Standard error of the rate, rad/s; large because each measurement uses few hands."""
 

@@ -39,7 +39,6 @@ class Artefact:
     files: tuple[str, ...]
     command: str
     commit: str
-    """Commit of the program that made the files."""
     inputs: tuple[str, ...] = ()
     """Files and folders that determine the command's output."""
     until: str = ""

@@ -99,7 +99,6 @@ class Simulator:
     def __init__(self, models: Sequence[mujoco.MjModel], threads: int | None = None) -> None:
         """Create a batch of `len(models)` scenes on `threads` threads (default: all cores)."""
         self.models = list(models)
-        """Models of the scenes."""
         self.state_size = mujoco.mj_stateSize(self.models[0], STATE_KIND)
         threads = threads or os.cpu_count() or 1
         self._data = [mujoco.MjData(self.models[0]) for _ in range(threads)]

@@ -186,9 +186,7 @@ class Weights:
     rotation: Each = 1.0
     """Weight of the cube's angular velocity about the vertical, mean over the control period, s/rad."""
     fall: Each = -100.0
-    """Weight of losing the cube."""
     action_rate: Each = -1.0
-    """Weight of the squared change of the action."""
     cube_speed: Each = 0.0
     """Weight of the cube's squared linear speed, mean over the control period, s²/m²."""
     pushed: Each = 0.0
@@ -206,7 +204,6 @@ class RewardSettings:
     """Settings of the reward."""
 
     weights: Weights = Weights()
-    """Weights of the reward terms."""
     rotation_cap_rad_s: float = inf
     """Saturation of the rewarded rotation rate, rad/s; the paper has none."""
 
@@ -315,15 +312,11 @@ class Task:
     settings: PolicySettings = PAPER_TRAINING
     """Nominal grasp, scales, noise and rate."""
     shown_action: ShownAction = ShownAction.LAST
-    """Action that the observation shows."""
     rewarded: RewardSettings = PAPER_REWARD
-    """Reward settings."""
     reset: ResetRanges = PAPER_RESET
-    """Spread of the episode starts."""
     actuation: ActuationRanges = IDEAL
     """Actuation between commands, cables and readings."""
     episode_steps: int = 500
-    """Control steps until an episode is truncated."""
 
     def __post_init__(self) -> None:
         if abs(self.substeps * PHYSICS_STEP_S - self.settings.period_s) > 1e-9:
@@ -345,7 +338,6 @@ class Episode(NamedTuple):
     lengths: Array
     """Simulated channel values at the end of the last period, (..., 7)."""
     periods: Array
-    """Number of elapsed control periods, (...)."""
 
 
 class EpisodeOutcome(NamedTuple):
@@ -357,7 +349,6 @@ class EpisodeOutcome(NamedTuple):
     """Critic's privileged state, (..., 81)."""
     reward: Array
     lost: Array
-    """Whether the cube has fallen, bool."""
     terms: dict[str, Array]
     """Reward terms before weighting."""
 

@@ -186,7 +186,6 @@ class _TrainingRun:
     check: StopCheck
     standing: Standing
     parameters: Path | None = None
-    """Checkpoint with the initial parameters, or None."""
     reached: Reached | None = None
 
     def __post_init__(self) -> None:
@@ -333,7 +332,6 @@ class StageRun:
         self._recipe, self._threads, self._check, self._seed = run.recipe, run.threads, run.check, seed
         self.stage = stage = run.recipe.stages[index]
         self.batch = run.recipe.environments * stage.unroll
-        """Environment steps per update."""
         self._task, settings = run.recipe.task_in(stage), run.recipe.task.settings
         self._kept = ExitStack()
         with ExitStack() as opened:

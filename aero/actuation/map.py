@@ -59,9 +59,7 @@ class ActuationMap:
     """
 
     coefficients: Coefficients = field(default_factory=lambda: load_coefficients("paper"))
-    """Winding radii and identified coefficients."""
     window: CommandWindow = UNSHIFTED
-    """Command window of the hand's firmware."""
 
     @classmethod
     def for_firmware(

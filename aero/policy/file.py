@@ -36,9 +36,7 @@ class Policy:
     """Network with the settings of its training."""
 
     name: str
-    """Display name."""
     network: Acting
-    """Function from observation to action."""
     settings: PolicySettings
     """Rate, nominal grasp, scales and noise of the training."""
     shown_action: ShownAction

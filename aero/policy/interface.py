@@ -41,13 +41,10 @@ from aero.regular_file import read_toml
 Row = tuple[float, ...]
 COMMAND_ORDER = tuple(Channel)
 MOST_PERIODS = 1000
-"""Longest history, periods."""
 MOST_PARTS = 100
-"""Largest number of `[[observation]]` parts."""
 MOST_SCALE = 1e6
 """Largest factor and offset of an observed value."""
 MOST_CLIP = 100.0
-"""Largest `clip` of an action."""
 
 
 class PolicyFileError(ValueError):
@@ -82,7 +79,6 @@ class Field(Enum):
     LAST_ACTION = "last_action"
     """Action that led to the measured lengths."""
     ACTION_BEFORE_LAST = "action_before_last"
-    """Action before `LAST_ACTION`."""
 
     def of(self, moment: Moment, codec: ActuationMap) -> Floats:
         """Return this quantity of `moment`, (7,), command order."""

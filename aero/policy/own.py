@@ -108,7 +108,6 @@ class OwnNetwork:
 
 
 def _show(line: str) -> None:
-    """Show a line that a policy printed."""
     print(printable(line), file=sys.stderr)
 
 

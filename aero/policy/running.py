@@ -57,7 +57,6 @@ class RunSettings:
     """
 
     seconds: float = 15.0
-    """Run time of the policy, s."""
     settings: PolicySettings | None = None
     """Nominal grasp, scales and rate; None for those of the training."""
     correction: tuple[float, ...] = field(default_factory=typical_correction)
@@ -118,11 +117,9 @@ class Run:
     """Result of a policy run."""
 
     ending: Ending
-    """Reason for the end."""
     reason: str
     """Message of the guard's stop; empty otherwise."""
     steps: int
-    """Number of periods with an action."""
     missing: int
     """Number of periods with a missing position reading, which keep the last command."""
     saturated: int
@@ -132,7 +129,6 @@ class Run:
     latest_s: float
     """Largest delay of a period's start, s."""
     peak_current_a: float
-    """Largest motor current, A."""
     peak_temperature_c: float
     """Largest servo temperature, °C; NaN without a reading."""
     skipped: int = 0
@@ -140,4 +136,3 @@ class Run:
     slow: int = 0
     """Number of periods with a policy call longer than a period, in real time."""
     clipped: int = 0
-    """Number of periods with a clipped action."""

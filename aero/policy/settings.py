@@ -50,7 +50,6 @@ class PolicySettings:
     noise: Row = (0.0,) * CHANNELS
     """Half width of the uniform noise added to each measured value."""
     control_rate_hz: float = 20.0
-    """Control rate, Hz."""
     torque_limit: float | None = None
     """Torque limit of every servo, fraction of its stall torque; None for the firmware's limit."""
 

@@ -26,7 +26,6 @@ _LOG = logging.getLogger(__name__)
 ENDED = Violation(SafetyReason.ENDED, "The program ended")
 """Placeholder for a normal end, without a violation."""
 WATCHDOG_S = 0.5
-"""Period of the watchdog's checks, s."""
 
 
 # In the program's own process, because a guard in another process would own the port and delay each exchange by two
@@ -66,7 +65,6 @@ class Guard:
         self._closed = False
         self._is_open = True
         self._ending = ENDED
-        """Reason for the final opening."""
         self._stop: SafetyStopError | None = None
         self._watchdog = Watchdog(self._poll_for_the_program, WATCHDOG_S)
         self._lock = threading.RLock()  # reentrant: a signal handler may close the hand in the middle of a call

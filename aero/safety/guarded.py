@@ -300,7 +300,6 @@ class GuardedHand(LinkedHand):
         self._guard.found(shares)
 
     def _ramp(self, start_codes: ArrayLike, goal_codes: ArrayLike) -> None:
-        """Move all channels slowly."""
         commands = self._guard.commands
 
         def command(codes: NDArray[np.int64]) -> None:
@@ -313,7 +312,6 @@ class GuardedHand(LinkedHand):
         move_slowly(command, self._own_clock, start_codes, goal_codes, self.thresholds.opening_s)
 
     def _settle(self) -> None:
-        """Wait for the encoders to arrive."""
         self._own_clock.sleep_until(self._clock.now() + self.thresholds.opening_s / 4)
 
     def _limit(self, channel: Channel, **changed: int) -> None:

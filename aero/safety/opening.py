@@ -24,7 +24,6 @@ HELD = 10
 LIVE_LOOKS = 3
 """Least number of arrival readings; they must differ, so that a frozen telemetry cache is not accepted."""
 OPEN = (0,) * len(Channel)
-"""Codes of the open hand."""
 RESTARTS = 2
 """Number of board restarts that restart the time-out, because the board homes first. A weak supply may cause more."""
 SWITCH_OFF = "SWITCH THE HAND'S SUPPLY OFF: it may still be closed"

@@ -63,7 +63,6 @@ class SafetyReason(Enum):
     FORKED = "forked"
     """Call in a forked process on the hand of its parent."""
     NO_STANDBY = "no standby process"
-    """The standby process did not start."""
     NOT_PERMITTED = "not permitted"
     """Refused request that would have stopped the hand."""
 

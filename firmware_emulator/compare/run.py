@@ -198,7 +198,6 @@ class Difference:
     where: str
     """Location of the difference: `host`, `servo bus`, `storage` or `hand`."""
     at_ns: int
-    """Time of the difference, ns."""
     before: tuple[tuple[int, bytes], ...]
     """Last common events."""
     first: Event
@@ -223,7 +222,6 @@ class Comparison:
 
     difference: Difference | None
     second: BoardTrace
-    """Recorded output of the second board."""
     packets: int
     """Number of packets of the first board on its servo bus."""
     hand_seconds: float

@@ -304,7 +304,6 @@ MAKERS: dict[str, Callable[[random.Random], list[Session]]] = {
     make.__name__: make
     for make in (boot, homing, opcodes, torque, set_id, split, garbage, damage, resets, fuzz, calibrate_mid)
 }
-"""Session makers by name."""
 
 
 def sessions(name: str, seed: int) -> list[Session]:

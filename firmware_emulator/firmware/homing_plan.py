@@ -39,11 +39,9 @@ class Go:
     """Write a goal and wait a fixed time, without checking the position."""
 
     to: HomingTarget
-    """Target of the move."""
     move: Move
     """Speed, acceleration and torque of the move."""
     wait_ms: int
-    """Pause afterwards, ms."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,6 @@ class Calibrate:
     """Make the present position 2048 and wait."""
 
     wait_ms: int
-    """Pause afterwards, ms."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +99,6 @@ class HomingPlan:
     final_move: Move = Move(2400, 0, 1023)
     """Motion of the last step."""
     limits: Limits = Limits.UNTOUCHED
-    """Handling of the angle limits."""
     repairs_current_limit: bool = False
     """Whether every protection current is set to 1023 afterwards."""
 

@@ -26,7 +26,6 @@ class BootHoming(Enum):
     NEVER = auto()
     """Homing only on request of the host."""
     ALWAYS = auto()
-    """Homing at every boot."""
     ON_POWER = auto()
     """Homing after power-on and brown-out; other resets skip it, with a line in the boot text."""
 
@@ -39,7 +38,6 @@ class FirmwareProfile:
     """Name, for example `0.2.0`; `pre` is the unreleased firmware of the paper's hand (October 2025), `main` the main
     branch since July 2026."""
     opcodes: frozenset[int] = frozenset(Opcode) - {Opcode.CALIBRATE_MID}
-    """Supported opcodes."""
     speed: int = 32766
     """Default goal speed, register units."""
     acceleration: int = 0
@@ -47,15 +45,12 @@ class FirmwareProfile:
     torque: int = 1023
     """Default goal torque in position mode, register units."""
     telemetry_period_ms: int = 10
-    """Period of the telemetry task, ms."""
     hot: tuple[int, int] | None = None
     """Threshold of the temperature, °C, and the torque cap at or above it, register units; None for no cap."""
     hand_line: bool = True
-    """Whether the boot text names the hand."""
     pings: bool = True
     """Whether the boot text reports a ping of each servo."""
     ping_pause_ms: int = 0
-    """Pause after each ping at boot, ms."""
     setup_pause_ms: int = 0
     """Pause after the servo UART is opened, ms."""
     direction_lines: bool = True
@@ -63,7 +58,6 @@ class FirmwareProfile:
     boot_homing: BootHoming = BootHoming.NEVER
     """Condition for homing at boot, as reported in the boot text."""
     homing: HomingPlan = HOMING_0_1_0
-    """Homing procedure."""
     torque_floor: int = 0
     """Smallest magnitude in torque mode, register units."""
     soft_limit: bool = False
@@ -101,7 +95,6 @@ _MAIN = replace(_0_2_0, version="main", opcodes=frozenset(Opcode), trim_reads_po
 PROFILES: dict[str, FirmwareProfile] = {
     profile.version: profile for profile in (_PRE, _0_1_0, _0_1_1, _0_1_2, _0_1_3, _0_1_4, _0_1_5, _0_2_0, _MAIN)
 }
-"""Profiles of all versions, oldest first."""
 DEFAULT_VERSION = _0_2_0.version
 """The newest release."""
 

@@ -20,7 +20,6 @@ class VirtualLink:
         self.log: list[WireEntry] | None = None
         """Log of all bytes in both directions; None for no logging."""
         self.name = name
-        """Display name of the link, for messages."""
         self._kernel = kernel
         self._send = send
         self._received = bytearray()

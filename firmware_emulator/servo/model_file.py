@@ -20,7 +20,6 @@ from aero_hil_toml import filled, parsed
 from firmware_emulator.packets import Instruction
 
 MEMORY_SIZE = 128
-"""Number of addresses readable on the bus."""
 EEPROM_END = 40
 FEEDBACK = 56
 """First address of the measurements; up to 66 they are equal in all series."""
@@ -37,7 +36,6 @@ class Register(NamedTuple):
     name: str
     """Lower-case name."""
     address: int
-    """Address of the first byte."""
     size: int
     """Bytes, 1 or 2."""
     writable: bool
@@ -79,13 +77,11 @@ class ServoModel:
     number: int
     """Model number, registers 3 and 4."""
     byte_order: Literal["little", "big"]
-    """Byte order of two-byte registers."""
     resolution: Annotated[int, Meta(ge=2)]
     """Counts over the span of the encoder."""
     span_deg: Annotated[float, Meta(gt=0.0, le=360.0)]
     """Span of the encoder, degrees: 360 for a magnetic encoder (wraps), less for a potentiometer."""
     speed_unit_counts: Annotated[float, Meta(gt=0.0)]
-    """Unit of a speed register, counts/s."""
     zero_speed_is_fastest: bool
     """Whether goal speed 0 means no limit instead of no motion."""
     limits_select_motor: bool = False
@@ -99,7 +95,6 @@ class ServoModel:
     baud_rates: tuple[Annotated[int, Meta(gt=0)], ...]
     """Baud rates by the value of the baud register, bit/s."""
     registers: Mapping[str, Register]
-    """Registers by name."""
     instead: Mapping[str, str | int]
     """Replacement of each missing register: another register's name, or a constant."""
     power_up: Mapping[str, str]

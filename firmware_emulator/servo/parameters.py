@@ -155,4 +155,3 @@ class ServoParameters:
 
 
 HLS3606M = ServoParameters()
-"""Parameters of the hand's servos."""

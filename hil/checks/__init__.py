@@ -52,7 +52,6 @@ EXPERIMENTS: dict[str, Experiment] = {
     found.name: found
     for found in sorted((found for found in _FOUND if isinstance(found, Experiment)), key=lambda found: found.rank)
 }
-"""Experiments by name, in run order."""
 DEFAULT = tuple(name for name, experiment in EXPERIMENTS.items() if experiment.by_default)
 """Experiments of a run without a selection."""
 _WHOLE = {found.name: found for found in _FOUND if not isinstance(found, Experiment)}

@@ -24,7 +24,6 @@ class Command(NamedTuple):
     place: str
     """Location of the command, `module:attribute`."""
     summary: str
-    """Summary in the list of commands."""
     extra: str = "hil"
     """Extra that provides the command's imports."""
     package: str = DISTRIBUTION
@@ -55,7 +54,6 @@ class Brought(NamedTuple):
     """Commands loaded from entry points."""
 
     rows: Mapping[str, Command]
-    """Commands by name."""
     losses: tuple[str, ...]
     """One line for each unusable package or command."""
 

@@ -139,7 +139,6 @@ class HostAndPort(click.ParamType):  # type: ignore[type-arg]  # generic only fr
 LONGEST_S = 7 * 86_400.0
 """Longest permitted time, s: a week."""
 SECONDS = Finite(0.0, LONGEST_S, min_open=True)
-"""Duration, s."""
 
 
 SIDE = click.Choice(["right", "left"])

@@ -28,7 +28,6 @@ from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 
 LAST_REPLY_S = 0.1
-"""Waiting time for the last reply, s."""
 
 
 @dataclass(frozen=True)

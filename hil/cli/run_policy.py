@@ -119,7 +119,6 @@ def run_policy(
 
 
 def _correction_line(whose: str, correction: Sequence[float]) -> str:
-    """Return the name, origin and values of the correction."""
     millimetres = ", ".join(f"{channel.label} {1e3 * correction[channel]:+.1f}" for channel in CABLES)
     meaning = {TYPICAL: "the mean of healthy hands", NONE: "the hand is taken as the map describes it"}
     return f"Correction of the cables: {whose} ({meaning.get(whose, 'that of this unit')}), mm: {millimetres}."

@@ -18,7 +18,6 @@ class TerminalAsker:
         """Print to a console."""
         self._console = console
         self._shown = 0
-        """Number of printed steps of the case."""
         self._bar: tuple[ProgressBar, TaskID] | None = None
 
     def ask(self, question: Question[Answer]) -> Answer:

@@ -24,7 +24,6 @@ class HandAct:
     takes: tuple[str, ...]
     """Argument kinds, keys of `READS`; optional ones in brackets."""
     words: str
-    """Description for display."""
     do: Callable[..., object]
     """Performs the act, given the workbench and the parsed arguments."""
 

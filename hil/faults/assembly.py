@@ -21,7 +21,6 @@ class Active:
     """Handle of an injected fault, which may not have begun."""
 
     begin: Callable[[], object]
-    """Starts the effect of the fault."""
     clear: Callable[[], object] | None = None
     """Clears the fault; None for a momentary fault, such as a restart."""
 
@@ -55,7 +54,6 @@ class HandAssembly:
         self.healthy = self.unit = unit
         """Parameters of the healthy hand (`healthy`), and of the hand with its present faults (`unit`)."""
         self.firmware = firmware
-        """Version on the board."""
         self.board_side = self.side = side
         """Side of the board's firmware, and of the hand."""
         self.random, self.fire = random, fire

@@ -23,7 +23,6 @@ OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
 def _event(
     act: Callable[[EmulatedHand, Injection], object], undo: Callable[[EmulatedHand, Injection], object] | None = None
 ) -> Inject:
-    """Return an injector of an event in the electronics."""
 
     def inject(assembly: HandAssembly, fault: Injection) -> Active:
         clear = None if undo is None else lambda: undo(assembly.hand, fault)

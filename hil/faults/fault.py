@@ -103,7 +103,6 @@ class Fault:
     part: Part
     """Part to be replaced, repaired or corrected by the owner."""
     words: str
-    """Description for display."""
     inject: Inject
     channels: tuple[Channel, ...] = ()
     """Candidate channels, the default first; empty for a fault of the whole hand."""

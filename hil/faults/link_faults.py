@@ -22,7 +22,6 @@ class LinkEffect:
     fault: Hashable
     direction: Direction = "from_hand"
     passage: Passage | None = None
-    """Change of each piece, or None."""
     overtakes: bool = False
     """True if later pieces may overtake a delayed one."""
     inserts: bytes = b""

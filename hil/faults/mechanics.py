@@ -19,7 +19,6 @@ JOINTS: dict[Channel, tuple[Joint, ...]] = {
     Channel.THUMB_CMC_FLEXION: (Joint.THUMB_CMC,),
     Channel.THUMB_FLEXOR: (Joint.THUMB_MCP, Joint.THUMB_IP),
 }
-"""Joints moved by each channel."""
 MIDDLE_JOINT = {channel: joints[len(joints) // 2] for channel, joints in JOINTS.items()} | {
     Channel.THUMB_FLEXOR: Joint.THUMB_MCP
 }
@@ -53,7 +52,6 @@ def _on_channel(field: str, change: Callable[[float, float], float]) -> Inject:
 
 
 def _on_joints(change: Callable[[float, float], float], *fields: str) -> Inject:
-    """Change fields at the joints of the fault's channel."""
 
     def changed(unit: Unit, fault: Injection) -> Unit:
         # Each intermediate unit is validated and must not have a closed spring weaker than the open one, so an

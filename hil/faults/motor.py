@@ -14,7 +14,6 @@ from model.units import Unit
 
 MOTOR = FaultLayer.MOTOR
 PERIOD_S = 0.1
-"""Period of an intermittent motor, s."""
 UNPOWERED = Drive(powered=False)
 
 

@@ -56,7 +56,6 @@ class LinkProxy:
         self._clock = clock or WallClock()
         self.now, self.random = self._clock.now, schedule.random
         self.link = LinkFaults(schedule.fire)
-        """Active faults of the link."""
         self.link.say = self._answer
         self._begin = [
             (self.now() + fault.at_s, fault.fault.put(self, fault).begin)

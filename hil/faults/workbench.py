@@ -33,7 +33,6 @@ BEFORE_THE_BOARD = (Part.COMPUTER, Part.DRIVER, Part.USB)
 OF_A_SERVO = ("rotor_inertia", "spool_damping", "spool_friction")
 """Mechanics fields that move with a servo to another channel."""
 EXCHANGES = {Part.SERVO: "exchange_servos", Part.BUS: "exchange_plugs"}
-"""Acts that exchange a part."""
 HELD_SHARE = 0.55
 """Travel of a joint up to a held object, fraction of full travel."""
 

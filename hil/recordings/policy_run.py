@@ -28,9 +28,7 @@ class PolicyRun(NamedTuple):
     """Result of the experiment."""
 
     run: Run
-    """Result of the control loop."""
     lateness_s: tuple[float, ...]
-    """Lateness of each control period's start, s."""
     currents_a: NDArray[np.float64]
     """Motor currents of each period, (periods, 7), A, command order; NaN where a reading is missing."""
 

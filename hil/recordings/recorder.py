@@ -27,7 +27,6 @@ Progress = Callable[[float, str], None]
 LOGGERS = ("aero", "hil")
 """Packages whose log lines are recorded."""
 SHAPE = (len(Channel),)
-"""Shape of a sample."""
 _LOG = logging.getLogger(__name__)
 
 
@@ -233,7 +232,6 @@ class _Columns:
     def __init__(self) -> None:
         self.times, self._numbers = array("d"), array("d")
         self.last = 0.0
-        """Time of the last sample, s."""
 
     def add(self, t: float, numbers: list[float]) -> None:
         """Append one sample."""

@@ -59,9 +59,7 @@ class Header:
     finished: bool = True
     """True if the experiment ran to its end and the file is complete."""
     host: str = ""
-    """Name of the computer."""
     command: str = ""
-    """Command line of the program that recorded."""
     operator: str = ""
     """Name of the operator; empty if unknown."""
     hand_id: str = ""
@@ -94,7 +92,6 @@ class Series:
     columns: tuple[str, ...]
     """Column names in file and plot, usually the seven channel labels."""
     units: tuple[str, ...]
-    """Units of the columns."""
     times: NDArray[np.float64]
     """(n,) float, s since the start of the recording, never decreasing."""
     values: NDArray[np.float64]

@@ -72,7 +72,6 @@ class WireFile:
         self._on_failure = on_failure
         self._delays = delays
         self.failure: CannotBeWrittenError | None = None
-        """First write error, or None."""
         self._clock = clock
         self._start = clock.now()
         self._unfinished = b""

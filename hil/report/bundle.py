@@ -30,7 +30,6 @@ from hil.verdict.baseline import LARGEST_BYTES
 from hil.verdict.case_file import CASE
 
 FORMAT = 1
-"""Format version of `bundle.json`."""
 MOST_BYTES = 2**30
 """Limit of the unpacked size of a bundle, bytes; a run of 200 s has 10 MB."""
 HOMES = re.compile(r"(?:[A-Za-z]:)?[/\\]+(?:home|Users)[/\\]+[^/\\\s'\",;:]+")

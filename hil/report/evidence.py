@@ -41,7 +41,6 @@ class Evidence:
     """Time range of a recording that shows a finding."""
 
     experiment: str
-    """Name in the header of the recording."""
     start: float
     """Start of the range, s since the start of the recording."""
     end: float

@@ -34,7 +34,6 @@ class ChannelVerdict:
 
     state: DigitState
     words: str
-    """Text for display."""
     reason: str = ""
     """Reason for a missing verdict; empty for a judged channel."""
 

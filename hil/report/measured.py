@@ -24,7 +24,6 @@ class MeasuredNumber:
     metric: str
     """Name in `checks.json` and in the limits."""
     words: str
-    """Display name."""
     value: float
     """Measured value; NaN if not measurable."""
     unit: str

@@ -231,7 +231,6 @@ def _sections(validation: Validation) -> list[Section]:
 
 
 def _shown(validation: Validation, seen: Mapping[Finding, Evidence]) -> Iterable[Shown]:
-    """Yield the failed findings with their evidence."""
     for count, finding in enumerate(failed(validation.findings), start=1):
         where, show = seen.get(finding), ""
         if where is not None:

@@ -35,7 +35,6 @@ class PlotColumn:
 
     channels: tuple[int, ...]
     start: float
-    """Start of the time range, s."""
     end: float
     title: str = ""
     mark: tuple[float, float] | None = None

@@ -94,7 +94,6 @@ class StepShown:
     do: str
     why: str
     minutes: float
-    """Working time of the person."""
     tool: str = ""
     """Required tool; empty for none."""
     channels: tuple[Channel, ...] = ()
@@ -108,9 +107,7 @@ class CaseShown:
     done: tuple[str, ...] = ()
     """Finished steps with their outcomes."""
     step: StepShown | None = None
-    """Next step; None in a closed case."""
     conclusion: str = ""
-    """Conclusion of the case; empty in an open case."""
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,6 @@ class Delay(NamedTuple):
     t: float
     """Time of resumption, s on the clock of the target, or since the start of the recording."""
     by_s: float
-    """Duration, s."""
     loop: Loop
 
 
@@ -52,7 +51,6 @@ class Waits(NamedTuple):
     seconds: float
     """Time asleep, neither running nor runnable, s."""
     disk_reads: int
-    """Number of reads from a disk."""
 
     @classmethod
     def now(cls) -> Waits | None:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from model.units.conditions import Conditions
 
 PHYSICAL = "physical"
-"""Unit name of a physical hand."""
 
 HOMINGS = 2
 """Homings before a validation. A thumb's zero differs between homing from rest and from the pose after a homing:
@@ -62,7 +61,6 @@ class HandSpec:
     homed: bool = False
     """True to home an emulated hand `HOMINGS` times at opening; otherwise its zeros are ideal."""
     faults: tuple[Injection, ...] = ()
-    """Faults of an emulated hand, see `hil.faults`."""
     cube: Cube | None = None
     """Cube of an `emulated` hand, whose ground truth is then a `model.cube_plant.CubePlant`."""
     conditions: Conditions | None = None

@@ -75,7 +75,6 @@ class SharedHand:
 
     target: Target
     kept: tuple[str, ...] = ()
-    """Acts of active fixtures."""
     used: bool = False
 
     def present(self) -> tuple[str, ...]:
@@ -114,7 +113,6 @@ class LentHand:
     """Number of previous acts on the hand."""
     waits: Waits | None
     now_s: float
-    """Time on the hand's clock, s."""
 
     @classmethod
     def of(cls, target: Target, faults: tuple[str, ...] = ()) -> LentHand:

@@ -18,7 +18,6 @@ from hil.targets.served_hand import ACTED, NEVER_FIRED, spec_text
 
 _LOG = logging.getLogger(__name__)
 NAME = "the process of the emulated hand"
-"""Name of the child in messages."""
 START_S = 120.0
 """Time-out of the child's start, s; loading the physics engine and homing take 1 s on an idle machine."""
 STOP_S = 10.0

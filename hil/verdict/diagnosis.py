@@ -60,7 +60,6 @@ class Diagnosis:
 
 
 NOTHING = Diagnosis()
-"""Diagnosis of a run without failures."""
 
 
 def command_again(header: Header) -> str:

@@ -17,7 +17,6 @@ class Finding:
     """Label of a channel, or `hand`."""
     passed: bool
     measured: str
-    """Measured value as text, with unit."""
     expected: str
     """Allowed range as text, for example `at most 0.9 mm`."""
     source: str

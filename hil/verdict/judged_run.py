@@ -18,7 +18,6 @@ class Result:
     measured: Measured
     findings: tuple[Finding, ...]
     withheld: tuple[Withheld, ...] = ()
-    """Readings that were not judged."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,6 @@ class Validation:
     """Judged run of experiments."""
 
     results: Mapping[str, Result]
-    """Results by experiment, in run order."""
     end: RunEnd
     wall_seconds: float
     """Time from the start to the verdict, s."""

@@ -45,7 +45,6 @@ class Limit:
     healthy: tuple[float, float] | None = None
     """Range of the healthy readings behind the bound; None for a fixed bound."""
     readings: int = 0
-    """Number of healthy readings behind the bound."""
     given_by: str = ""
     """Source of a fixed bound."""
 

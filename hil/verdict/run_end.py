@@ -29,7 +29,6 @@ class EndKind(Enum):
         "The checks of {at} failed, so nothing that moves the hand through its range was run.",
         "Repair what {at} found, then validate again.",
     )
-    """A gate failed."""
     NOT_PERMITTED = (
         "{at}",
         "not run",
@@ -38,7 +37,6 @@ class EndKind(Enum):
         "{reason}",
         "Validate with firmware 0.1.0 or later, or run the other experiments.",
     )
-    """The guard permits none of the requested experiments."""
     STOPPED = (
         "{at}",
         "aborted",
@@ -47,7 +45,6 @@ class EndKind(Enum):
         "{reason}",
         "Continue with the next step; what follows {at} was not run.",
     )
-    """The guard stopped the hand."""
     LINK = (
         "{at}",
         "aborted",
@@ -73,7 +70,6 @@ class EndKind(Enum):
         "{reason}",
         "Make room on the disk, or choose another folder by --out; this says nothing about the hand.",
     )
-    """A recording could not be written."""
     INTERRUPTED = (
         "{at}",
         "aborted",
@@ -136,7 +132,6 @@ class RunEnd:
     error: BaseException | None = None
     """Error that ended the work on the hand; determines the exit code."""
     cut: tuple[Recording, ...] = ()
-    """Partial recordings of aborted experiments."""
 
     @property
     def finding(self) -> Finding | None:

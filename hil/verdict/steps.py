@@ -69,7 +69,6 @@ class CaseStep:
     do: str
     """Text for `str.format` with `{where}`, `{beside}` and `{bend}`; a question if `asks` is set."""
     minutes: float
-    """Time that the user needs, minutes."""
     convicts: Mapping[StepOutcome, frozenset[str]] = field(default_factory=dict)
     """Modes that each outcome shows."""
     clears: Mapping[StepOutcome, frozenset[str]] = field(default_factory=dict)
@@ -80,7 +79,6 @@ class CaseStep:
     asks: bool = False
     """Whether the user answers with yes, no or not sure; otherwise the failed experiments rerun."""
     homes: bool = False
-    """Whether the program homes the hand after the step."""
     frees: bool = False
     """Whether the user removes objects in contact with the hand, and reports whether there were any."""
     restores: bool = False

@@ -116,7 +116,6 @@ def _recorded(recorder: Recorder) -> Iterator[Recorder]:
 
 
 def _run(target: Target, name: str, record: Recorder, progress: Progress, set_limits: Callable[[], None]) -> None:
-    """Run one experiment."""
     experiment = EXPERIMENTS[name]
     if any(experiment.furthest):
         set_limits()
@@ -239,7 +238,6 @@ def _nothing_run(left_out: Sequence[str], firmware: str) -> RunEnd:
 
 
 def _failed_gate(results: Mapping[str, Result]) -> Result | None:
-    """Return the failed gate, or None."""
     return next((one for name, one in results.items() if EXPERIMENTS[name].gate and failed(one.findings)), None)
 
 

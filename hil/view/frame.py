@@ -75,7 +75,6 @@ class Verdicts:
     passed: int
     """Number of checks within their limits."""
     failed: tuple[str, ...]
-    """Sentences on the failed checks."""
 
 
 @dataclass(frozen=True)
@@ -101,9 +100,7 @@ class CaseStands:
     minutes: float = 0.0
     tool: str = ""
     channels: tuple[int, ...] = ()
-    """Digits to be touched."""
     conclusion: str = ""
-    """Conclusion of the case; empty in an open case."""
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,6 @@ class Pulley:
 
     name: str
     radius: float
-    """Radius of the groove."""
     half_length: float
     axis: Literal["x", "y"]
     pos: Vector
@@ -88,7 +87,6 @@ class Link:
     pulleys: tuple[Pulley, ...] = ()
     guides: tuple[Guide, ...] = ()
     links: tuple[Link, ...] = ()
-    """Child links."""
 
     def walk(self) -> list[Link]:
         """Return this link and all below it, parents first."""

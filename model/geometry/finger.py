@@ -33,7 +33,6 @@ class Placement:
     """Differences between the four fingers."""
 
     channel: Channel
-    """Channel of the finger."""
     knuckle_pos: Vector
     """Position of the knuckle in the palm's frame, m."""
     knuckle_quat: Quaternion

@@ -120,7 +120,6 @@ RANGES = (
     ),
 )
 CONDITIONS = tuple(dict.fromkeys(span.kind for span in RANGES))
-"""Kinds of condition, in the order of `RANGES`."""
 NOMINAL_V = 6.0
 IDLE_RISE_C = 15.0
 """Steady temperature rise of an energised servo without load over the room, K (assumption)."""

@@ -36,7 +36,6 @@ class Trial:
     firmware: str = DEFAULT_FIRMWARE
     """Declared version; also the board's, unless a fault installs another."""
     seed: int = 0
-    """Seed of the noise and of the faults."""
     homed: bool = True
     guarded: bool = False
     """Whether the driver guards the hand, as for physical hands; a guarded hand is weaker at its stops."""
@@ -92,7 +91,6 @@ class Outcome:
     hand_s: float
     """Total duration of the recordings on the hand's clock, s."""
     commit: str = ""
-    """Commit of this project's source."""
     suspects: tuple[str, ...] = ()
     """Leading suspects of the diagnosis, `PART` or `PART/channel`; empty for a healthy result."""
 

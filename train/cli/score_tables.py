@@ -23,7 +23,6 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = (Quantity("counts", "counts", 1), Quantity("mA", "currents_a", 0, 1e3), Quantity("°C", "warming_c", 1))
-"""Position, current and warming."""
 TITLE = "Rms of position, current and warming"
 
 

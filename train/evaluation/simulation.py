@@ -26,7 +26,6 @@ SWEEP_LAGS_S = (0.015, 0.040, 0.060)
 SWEEP_DELAYS_S = (0.0, 0.010, 0.020, 0.030, 0.040, 0.050)
 BUILT = "built hands, as training draws them"
 BUILT_STAGE = TrainingStage("built", steps=0, built=True, actuation=BUS)
-"""Training stage that defines the built hands."""
 
 Figures = dict[str, dict[str, float]]
 """Figures in SI units by condition and name."""

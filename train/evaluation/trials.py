@@ -105,20 +105,17 @@ class Deployment:
 
     name: str
     meaning: str
-    """Description for the user."""
     unit: str
     """Unit name for `unit_named`, or `ANY_HAND`."""
     firmware: str
     settings: str
     """Preset of `aero.policy.settings`, or `OWN`."""
     one_period_late: bool
-    """Whether each command is written one period late."""
     shown_action: str
     """A value of `ShownAction`, or `OWN`."""
     correction: str
     """Cable correction: `typical`, `none`, or `EXACT` for the hand's own."""
     guarded: bool
-    """Whether the guard watches the hand."""
     reference: str = ""
     """Result of a physical hand under these conditions, with the policy's name."""
     measured_rad_s: float | None = None

@@ -62,7 +62,6 @@ class Calibration:
     unit: Unit
     traces: tuple[Trace, ...]
     firmware: str
-    """Firmware of the recorded hand."""
     intervals: Intervals
     """95 % intervals of the fitted fields."""
     told: Mapping[str, NDArray[np.bool_]]

@@ -40,7 +40,6 @@ abduction at 0.605, the flexor at 0.826."""
 STEP_SHARES = (0.05, 0.3, 1.0)
 """Heights of the steps, each with its return, as fractions of the reach."""
 STAIRS = 6
-"""Number of stairs to the reach, and back."""
 RAMP_SHARES_PER_S = (0.25, 0.75)
 """Speeds of the ramps to the reach and back, fractions of the reach per second."""
 CHIRP_HZ = (0.5, 4.0)
@@ -100,7 +99,6 @@ def chirps() -> Floats:
 
 
 MOTIONS: Mapping[str, Callable[[], Floats]] = {"steps": steps, "ramps": ramps, "chirps": chirps}
-"""Motions of one channel by name."""
 
 
 def excitation(name: str, *, scale: float = 1.0, channels: tuple[Channel, ...] = tuple(Channel)) -> Excitation:

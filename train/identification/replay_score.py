@@ -30,7 +30,6 @@ class Errors:
     counts: Floats
     """Positions, servo counts."""
     currents_a: Floats
-    """Currents, A."""
     warming_c: Floats
     """Rise of the temperature from the first to the last reading, degC."""
 
@@ -42,7 +41,6 @@ class ReplayScore:
     runs: tuple[tuple[str, Errors], ...]
     """Name of each recording with the errors over its replays."""
     all_runs: Errors
-    """Errors over all readings of all recordings and replays."""
     repeats: Errors
     """Differences between recordings with equal commands on a channel; NaN without such a pair."""
 

@@ -48,7 +48,6 @@ class Found:
     phases_s: tuple[float, ...]
     """Phase of each recording on the telemetry grid, s."""
     residuals: Residuals
-    """Residuals with these numbers and phases."""
     slopes: list[Floats]
     """Derivative of the residuals, (m, 7, p) per trace, at the start of the last iteration; empty after an early
     interruption."""

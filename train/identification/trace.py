@@ -56,7 +56,6 @@ class Trace:
     """Run of one hand. Arrays over channels are in command order, times in s on the recording's clock."""
 
     name: str
-    """Display name in reports."""
     t_command: NDArray[np.float64]
     """(n,) times of the position frames."""
     codes: NDArray[np.int64]
@@ -72,7 +71,6 @@ class Trace:
     spans_counts: NDArray[np.float64]
     """(7,) counts of the command window."""
     side: HandSide = "right"
-    """Side of the recorded hand."""
     firmware: str | None = None
     """Firmware of the recorded hand; None if the file does not name one."""
 

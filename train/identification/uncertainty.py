@@ -19,7 +19,6 @@ COVERAGE_SIGMA = 1.96
 LONGEST_LAG = 50
 """Largest lag of the residuals' autocorrelation, readings; a second at 50 Hz."""
 ROUNDING_COUNTS2 = 1.0 / 12.0
-"""Variance of rounding to whole counts, counts²."""
 
 TOLD = 0.8
 """Threshold of an interval's width over the prior's; above it the readings do not determine the number."""

@@ -26,7 +26,6 @@ PHYSICAL_UNITS: Mapping[str, str] = {
     "cable_take_up": "m, negative is pretension",
     "supply_sag": "share of the voltage lost per (N m)² of duty times current",
 }
-"""Physical unit of each commented field."""
 STARTING = "as the starting unit"
 NOT_TOLD = " (not determined by the recordings)"
 """Suffix of an interval that is as wide as the prior's."""

@@ -34,7 +34,6 @@ class Free:
     indices: tuple[int, ...]
     """Changed entries of the field; empty if the field is scalar."""
     channels: tuple[Channel, ...]
-    """Channels that the number affects."""
     spread: float
     """Standard deviation of the prior."""
     additive: bool = False
@@ -57,7 +56,6 @@ JOINTS: tuple[tuple[Channel, tuple[int, ...]], ...] = (
     (Channel.THUMB_ABDUCTION, (Joint.THUMB_ABDUCTION,)),
     *SPRUNG[-2:],
 )
-"""Joints moved by each channel."""
 PHASES_S = (0.0, 0.0025, 0.005, 0.0075)
 """Candidate phases of a recording relative to the board's 10 ms telemetry grid, s."""
 
@@ -159,7 +157,6 @@ class UnitModel:
     """Starting unit; all free numbers are zero."""
     traces: tuple[Trace, ...]
     firmware: str = DEFAULT_FIRMWARE
-    """Firmware of the recorded hand."""
     pool: Executor | None = None
     """Executor for the replays; None for this process."""
     free: tuple[Free, ...] = FREE

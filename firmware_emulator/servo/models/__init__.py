@@ -12,7 +12,6 @@ from firmware_emulator.servo.model_file import ServoModel, build_model, read_mod
 
 FOLDER = Path(__file__).parent
 SHIPPED = tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
-"""Names of the models in this package."""
 
 
 @cache
@@ -40,6 +39,5 @@ def _path(name: str) -> Path:
 
 
 HLS3606M = model_of("HLS3606M")
-"""Model of the hand's servos."""
 REGISTERS = HLS3606M.registers
 """Registers of the HLS3606M by name: EEPROM below 40, RAM 40 to 55, measurements and factory data from 56."""

@@ -73,7 +73,6 @@ class EvidenceKind(Enum):
     STALL = "stall"
     """Pauses of the link."""
     RESTART = "restart"
-    """Restarts of the board."""
     VERSION = "version"
     """Requests that another firmware version does not know."""
     BOOT = "boot"
@@ -142,7 +141,6 @@ class Column:
     title: str
     digits: int
     count: bool = False
-    """True for a count, displayed as an integer."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +166,6 @@ class Metric:
     name: str
     """Name in `checks.json` and in the limits."""
     words: str
-    """Display name."""
     unit: str
     subjects: tuple[str, ...]
     evidence: EvidenceKind | None = None

@@ -9,7 +9,6 @@ from hil.targets.wire_log import WireRecord
 MEASUREMENTS = range(0x22, 0x26)
 """Opcodes of requests that the board answers with one frame at once."""
 UNANSWERED = {Opcode.CTRL_POS, Opcode.CTRL_TOR}
-"""Requests without a reply."""
 
 
 @dataclass
@@ -20,7 +19,6 @@ class Exchange:
     """Time of sending, s."""
     frame: bytes
     opcode: int
-    """Opcode of the request."""
     received: bytes = b""
     times: list[float] = field(default_factory=list)
     """Arrival times of the chunks in `received`, s."""

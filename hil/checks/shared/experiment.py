@@ -111,7 +111,6 @@ class Experiment(Measuring):
     pushes_at_stops: bool = False
     """Whether the experiment holds the thumb at a stop, which a guard permits only at limited torque."""
     by_default: bool = True
-    """Whether the experiment runs by default."""
     asks: bool = False
     """Whether a person answers; answers do not identify faults."""
 

@@ -15,7 +15,6 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "thumb_cables": THUMB_CABLES,
     **{subject: (subject,) for subject in SUBJECTS},
 }
-"""Subjects by group name in `checks.toml`."""
 
 
 def subject_words(subject: str) -> str:

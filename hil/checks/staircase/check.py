@@ -56,7 +56,6 @@ class Staircase:
     """Command stream: each channel in turn closes in equal levels and opens again."""
 
     levels: int = 20
-    """Number of levels from open to closed."""
     hold_s: float = 0.48
     """Time at each level, s; a multiple of the sample period."""
     sample_period_s: float = SAMPLE_PERIOD_S

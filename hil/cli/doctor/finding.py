@@ -30,14 +30,12 @@ class Examined:
     """One line of the table."""
 
     check: str
-    """Stable name of the check."""
     verdict: Verdict
     finding: str
     """Observation, at most one sentence."""
     remedy: str = ""
     """Action to take; empty if none is needed."""
     copy: tuple[str, ...] = ()
-    """Lines for copy and paste."""
     subject: Subject = Subject.MACHINE
     data: Mapping[str, Any] = field(default_factory=dict)
     """Figures of the finding, JSON-compatible."""
