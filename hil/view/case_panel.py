@@ -7,12 +7,11 @@ import viser
 
 from aero.side import Side
 from hil.view import panel
+from hil.view.entered_lines import add_prompt
 from hil.view.frame import ANSWER, STOP, Asked, CaseMessage, CaseStands, Moving, Told
 
 LAST_TOLD = 4
 """Number of lines shown, the newest last."""
-LONGEST = 1000
-"""Length limit of a note, characters."""
 
 
 class CasePanel:
@@ -31,9 +30,10 @@ class CasePanel:
         self._lines = gui.add_html("")
         self._question = gui.add_html("")
         self._answers = gui.add_form(None)
-        self._inputs: list[viser.GuiButtonHandle | viser.GuiTextHandle] = []
+        self._buttons: list[viser.GuiButtonHandle] = []
         self._asked = Asked(0)
-        self._answers.on_submit(lambda _event: self._note())
+        self._note = add_prompt(gui, "Note, then Enter", lambda line: self._say(self._asked, line))
+        self._note.visible = False
 
     def show(self, message: CaseMessage) -> None:
         """Show a message."""
@@ -57,32 +57,19 @@ class CasePanel:
     def _ask(self, asked: Asked) -> None:
         """Replace the answer inputs by the buttons of a question or a field for a note."""
         self._asked = asked
-        for one in self._inputs:
+        for one in self._buttons:
             one.remove()
-        self._inputs = []
         self._question.content = panel.question(asked.text)
-        if not asked.number:
-            return
+        self._note.value = ""  # type: ignore[misc]
+        self._note.visible = bool(asked.number) and not asked.labels
         with self._answers:
-            if not asked.labels:
-                self._inputs.append(self._gui.add_text("Note", ""))
-            for label in asked.labels or ("send",):
-                button = self._gui.add_button(label.capitalize())
-                button.on_click(partial(self._say, asked, label))
-                self._inputs.append(button)
+            self._buttons = [self._gui.add_button(label.capitalize()) for label in asked.labels]
+        for label, button in zip(asked.labels, self._buttons, strict=True):
+            button.on_click(partial(self._say, asked, label))
 
-    def _say(self, asked: Asked, label: str, _event: object) -> None:
+    def _say(self, asked: Asked, line: str, _event: object = None) -> None:
         """Answer a question; its number lets the receiver ignore a late answer to an earlier question."""
-        if asked.labels:
-            self._on_words(f"{ANSWER} {asked.number} {label}")
-        else:
-            self._note()
-
-    def _note(self) -> None:
-        """Send the note if the current question asks for one."""
-        asked, inputs = self._asked, self._inputs
-        if asked.number and not asked.labels and isinstance(inputs[0], viser.GuiTextHandle):
-            self._on_words(f"{ANSWER} {asked.number} {inputs[0].value[:LONGEST]}")
+        self._on_words(f"{ANSWER} {asked.number} {line}")
 
     def _stop(self) -> None:
         self._stopped.content = panel.question("Stopped: the hand opens, and the program ends.")

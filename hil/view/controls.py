@@ -14,14 +14,13 @@ from aero.floats import Floats
 from hil.faults import CATALOGUE
 from hil.faults.fault import STEPS, FaultLayer
 from hil.view import panel
+from hil.view.entered_lines import add_prompt
 
 PICKED = {name: fault for name, fault in CATALOGUE.items() if fault.later and fault.layer is not FaultLayer.HOST}
 """Faults of the menu: those that can begin on a running hand behind a port."""
 WHOLE_HAND = "whole hand"
 OWN_S = 1.0
 """Time after a manual move during which a slider does not follow the hand, s."""
-LONGEST = 1000
-"""Length limit of forwarded text, characters."""
 
 
 class Controls:
@@ -46,10 +45,8 @@ class Controls:
             gui.add_button("Clear").on_click(lambda _event: self._say(f"clear {self._picked()}"))
         self._fault.on_update(lambda _event: self._offer())
         self._offer()
-        with gui.add_form("Do to the hand") as form:
-            words = gui.add_text("Words", "help")
-            gui.add_button("Do it").on_click(lambda _event: self._say(words.value))
-        form.on_submit(lambda _event: self._say(words.value))
+        with gui.add_folder("Do to the hand: type, then Enter; help lists the acts"):
+            add_prompt(gui, "Words", self._say)
 
     def follow(self, percent: Floats) -> None:
         """Set idle sliders to the hand's last command, (7,) % of the window, NaN if unknown."""
@@ -77,4 +74,4 @@ class Controls:
         return self._fault.value if where == WHOLE_HAND else f"{self._fault.value}:{where}"
 
     def _say(self, words: str) -> None:
-        self._on_words(words[:LONGEST])
+        self._on_words(words)

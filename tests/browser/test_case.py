@@ -8,6 +8,7 @@ import time
 from contextlib import contextmanager
 
 import pytest
+from playwright.sync_api import expect
 
 from aero.exit_code import Exit
 
@@ -68,9 +69,10 @@ def answer(tab):
     now = buttons(tab)
     if "No" in now:
         click(tab, "No")
-    elif "Send" in now:
-        tab.get_by_role("textbox", name="Note").fill("as the neighbour")
-        click(tab, "Send")
+    elif (note := tab.get_by_role("textbox", name="Note, then Enter")).is_visible():
+        note.press_sequentially("as the neighbour\n")
+        expect(note).to_be_hidden()
+        return ["Note"]
     return now
 
 
@@ -113,7 +115,7 @@ def test_a_whole_case_by_buttons(width, faults, convicted, opened, tmp_path):
             tab.screenshot(path=tmp_path / f"closed-{width}.png")
             assert not tab.errors
         assert convicted in conclusion
-        assert {"Done", "Send", "Yes", "No"} <= seen
+        assert {"Done", "Note", "Yes", "No"} <= seen
         assert "(on the page)" in program.communicate(timeout=PATIENCE_S)[0]
 
 
