@@ -1,9 +1,11 @@
 """Guard of a hand: polls, stops and finally opens it."""
 
 import logging
+import math
 import os
 import threading
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from typing import NoReturn
 
 import numpy as np
@@ -66,6 +68,8 @@ class Guard:
         self._is_open = True
         self._ending = ENDED
         self._stop: SafetyStopError | None = None
+        self._homed_by = -math.inf
+        """Latest end of a homing in progress, s."""
         self._watchdog = Watchdog(self._poll_for_the_program, WATCHDOG_S)
         self._lock = threading.RLock()  # reentrant: a signal handler may close the hand in the middle of a call
 
@@ -127,9 +131,20 @@ class Guard:
         """Return the violation in temperatures (7,) °C, or None."""
         return self.lookout.watch.temperatures(celsius)
 
-    def pause(self, *, homed: bool) -> None:
-        """Drop past commands; after homing, in which the board is silent, also restart the schedule of polls."""
-        (self.lookout.pause if homed else self.lookout.watch.pause)()
+    def pause(self) -> None:
+        """Drop past commands."""
+        self.lookout.watch.pause()
+
+    @contextmanager
+    def homing(self, timeout_s: float) -> Iterator[None]:
+        """Home the hand in the block, in which the board is silent; drop past commands, and restart the polls.
+
+        After an interrupt the board homes on, so that the final opening waits until it answers, or for `timeout_s`.
+        """
+        self._homed_by = self._clock.now() + timeout_s
+        yield
+        self._homed_by = -math.inf
+        self.lookout.pause()
 
     def found(self, shares: NDArray[np.float64]) -> None:
         """Record the positions (7,), fraction of the window, at the end of the slow opening."""
@@ -224,6 +239,7 @@ class Guard:
                 settable=self.limits.settable,
                 last_codes=self.last_codes,
                 silent=silent,
+                homes_s=max(self._homed_by - self._clock.now(), 0.0),
             )
         except ConnectionError as error:
             doubt = str(error)

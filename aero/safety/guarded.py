@@ -254,8 +254,8 @@ class GuardedHand(LinkedHand):
                 self._settle()
             self._start()
             self._guard.poll()
-            self._hand.home(timeout_s)
-            self._guard.pause(homed=True)
+            with self._guard.homing(timeout_s):
+                self._hand.home(timeout_s)
 
     def close(self) -> None:
         """Open the hand slowly and limit its torque, if this program has moved it, and close the port.
@@ -338,7 +338,7 @@ class GuardedHand(LinkedHand):
             self._guard.command(protocol.position_codes(held))
             self._guard.poll()
             result = self._hand.calibrate_mid(channel)
-            self._guard.pause(homed=False)  # earlier codes meant other angles
+            self._guard.pause()  # earlier codes meant other angles
             codes = self._guard.last_codes.copy()
             codes[channel] = result.code
             self._guard.command(codes)

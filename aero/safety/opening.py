@@ -65,6 +65,7 @@ def open_and_relax(
     settable: bool,
     last_codes: ArrayLike = OPEN,
     silent: bool = False,
+    homes_s: float = 0.0,
 ) -> str | None:
     """Open a hand slowly, lower its torque limit, and verify both, in any state of hand and link.
 
@@ -80,6 +81,7 @@ def open_and_relax(
         settable: whether the firmware has speed and torque limits; `pre` has none.
         silent: whether the board has just not answered; the ramp without replies is then sent first.
         last_codes: (7,), start of the ramp if the encoders cannot be read: the last command, or open if unknown.
+        homes_s: longest remaining time of a homing in progress, during which the board is silent.
 
     Returns:
         Reason why the hand may not be open; None for an open hand.
@@ -87,7 +89,8 @@ def open_and_relax(
     Raises:
         ConnectionError: the link is lost.
     """
-    deadline, restarts, last = Deadline.after(clock, thresholds.opening_patience_s), hand.restarts, hand.restarts
+    deadline, restarts = Deadline.after(clock, thresholds.opening_patience_s + homes_s), hand.restarts
+    last = restarts
     attempt = _Attempt(hand, clock, thresholds, settable, silent=silent)
     doubt = "the board does not answer" if silent else attempt.run()
     if attempt.silent:

@@ -100,6 +100,22 @@ at_each_line = pytest.mark.parametrize(
 )
 
 
+def test_ctrl_c_in_a_long_homing_waits_until_the_board_answers():
+    electronics, link, hand = new_hand()
+    write = link.write
+
+    def interrupted(data):
+        write(data)
+        if bytes(data)[:1] == bytes((Opcode.HOMING,)):
+            link.write = write
+            raise KeyboardInterrupt
+
+    link.write = interrupted
+    with hand, pytest.raises(KeyboardInterrupt):
+        hand.home()
+    assert_open_and_weak(electronics)
+
+
 @at_each_line
 def test_a_slow_start_that_is_interrupted_is_made_again(numbers):
     for number in numbers:

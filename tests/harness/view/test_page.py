@@ -1,5 +1,6 @@
 """The page: who gets it, what it says, and that the hand's program never depends on it."""
 
+import asyncio
 import os
 import re
 import signal
@@ -10,6 +11,7 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 from threading import Event
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -255,14 +257,16 @@ def test_only_a_page_that_may_do_something_has_a_line_for_it():
     looked_at = Page(heading())
     worked_on = Page(Heading("A hand", "right", live=True, hands_on=True), on_words=said.append)
     try:
-        buttons = [
-            [handle for handle in page._server.gui._gui_input_handle_from_uuid.values() if handle.label == "Do it"]
+        fields = [
+            [handle for handle in page._server.gui._gui_input_handle_from_uuid.values() if handle.label == "Words"]
             for page in (looked_at, worked_on)
         ]
-        assert list(map(len, buttons)) == [0, 1]
-        for callback in buttons[1][0]._impl.update_cb:
-            callback(None)
-        assert said == ["help"]
+        assert list(map(len, fields)) == [0, 1]
+        typed = SimpleNamespace(value="help\nmode\nlo")
+        for callback in fields[1][0]._impl.update_cb:
+            asyncio.run(callback(SimpleNamespace(client=object(), target=typed)))
+        assert said == ["help", "mode"]
+        assert typed.value == "lo"
     finally:
         looked_at.close()
         worked_on.close()
