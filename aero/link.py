@@ -12,17 +12,7 @@ from aero.clock import Clock, Deadline
 from aero.errors import AeroError, DesyncError, LinkTimeoutError
 from aero.link_state import AFTER, MAY_LEAVE, REASON, Content, LinkEvent, State
 from aero.overdue import LATE_S, Overdue
-from aero.protocol import (
-    FRAME_SIZE,
-    PADDING,
-    READINGS,
-    SINCE,
-    Opcode,
-    Reply,
-    ReplyScanner,
-    holds_boot_text,
-    make_query,
-)
+from aero.protocol import FRAME_SIZE, PADDING, READINGS, SINCE, Opcode, Reply, ReplyScanner, holds_boot_text, make_query
 from aero.transport import Transport
 
 _LOG = logging.getLogger(__name__)

@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from aero.channels import CABLES, JOINT_BOX_RAD, Channel, Joint
 from aero.side import Side
 from model.appearance import CABLE_RGBA
-from model.geometry import (
-    hand,
-)
+from model.geometry import hand
 from model.geometry.palm import THENAR_GUIDE
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 from model.parameters import STANDARD_GRAVITY, BuiltHandParameters

@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.channels import FINGERS, OBSERVATION_ORDER, Channel
 from aero.side import Side
 from model.appearance import CABLE_RGBA, CABLE_WIDTH
-from model.geometry import (
-    hand,
-)
+from model.geometry import hand
 from model.geometry.elements import Around, Cable
 from model.skeleton import build_skeleton, couple, released_dynamics
 

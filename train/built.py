@@ -22,11 +22,7 @@ from model.geometry.winding import SPOOL_RADIUS
 from model.scene import CUBE, Cube, add_cube
 from model.units import Unit
 from train.hands import TIMESTEP_S, in_training
-from train.simulator import (
-    STATE_KIND,
-    Simulator,
-    add_sensors,
-)
+from train.simulator import STATE_KIND, Simulator, add_sensors
 from train.task import PHYSICS_STEP_S
 
 EXTRA = 3 * len(CABLES)

@@ -21,12 +21,7 @@ from aero.floats import Floats
 from aero.policy.task import ACTION_SIZE
 from train import actuation
 from train.randomise import Draws
-from train.simulator import (
-    Simulator,
-    StopCheck,
-    positions,
-    velocities,
-)
+from train.simulator import Simulator, StopCheck, positions, velocities
 from train.task import (
     SENSOR_COUNT,
     Episode,

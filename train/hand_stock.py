@@ -17,12 +17,7 @@ from model.scene import CUBE, any_cube, nearer, tail_cube
 from train import built, randomise
 from train.hands import draw_hand, draw_healthy, training_correction
 from train.recipe import TrainingStage
-from train.simulator import (
-    Simulator,
-    StopCheck,
-    build_scene,
-    tip_geoms,
-)
+from train.simulator import Simulator, StopCheck, build_scene, tip_geoms
 
 
 class StockedHand(NamedTuple):

@@ -18,13 +18,7 @@ from aero.floats import Floats
 from aero.hand import Hand
 from aero.policy.file import Policy
 from aero.policy.interface import History, Interface, cube_interface
-from aero.policy.running import (
-    Ending,
-    Run,
-    RunSettings,
-    Step,
-    slewed,
-)
+from aero.policy.running import Ending, Run, RunSettings, Step, slewed
 from aero.policy.task import CHANNELS
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError

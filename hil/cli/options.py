@@ -20,9 +20,7 @@ from aero.side import Side
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.output import echo
 from hil.recordings.output import prepared_file
-from hil.targets.hand_spec import (
-    HandSpec,
-)
+from hil.targets.hand_spec import HandSpec
 
 if TYPE_CHECKING:
     from hil.recordings.wire_file import WireFile

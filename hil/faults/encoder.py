@@ -13,9 +13,7 @@ from firmware_emulator.plant import Drive, Plant
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
 from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Part, Severity
 from hil.faults.motor import on_shaft
-from hil.faults.shaft_fault import (
-    ShaftFault,
-)
+from hil.faults.shaft_fault import ShaftFault
 
 ENCODER = FaultLayer.ENCODER
 ReadingChange = Callable[[float, float], float]

@@ -7,9 +7,7 @@ from aero.floats import Floats
 from firmware_emulator.plant import Drive, Plant
 from hil.faults.assembly import HandAssembly
 from hil.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity, share
-from hil.faults.shaft_fault import (
-    ShaftFault,
-)
+from hil.faults.shaft_fault import ShaftFault
 from model.units import Unit
 
 MOTOR = FaultLayer.MOTOR

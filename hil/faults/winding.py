@@ -7,9 +7,7 @@ from aero.floats import Floats
 from firmware_emulator.plant import Drive, Plant
 from hil.faults.fault import ALL, Fault, FaultLayer, Part
 from hil.faults.motor import on_shaft
-from hil.faults.shaft_fault import (
-    ShaftFault,
-)
+from hil.faults.shaft_fault import ShaftFault
 
 WINDING = FaultLayer.WINDING
 NEIGHBOUR = {

@@ -35,9 +35,7 @@ from hil.recordings.errors import UnusableFileError, writing
 from hil.recordings.mcap_chunks import ChunkWriter
 from hil.recordings.recording import Event, Header, Recording, Series, Severity
 from hil.recordings.series_layout import conformed
-from hil.targets.wire_log import (
-    WireRecord,
-)
+from hil.targets.wire_log import WireRecord
 
 METADATA = "aero-hil"
 FOREIGN = "protobuf"

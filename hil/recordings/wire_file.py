@@ -23,9 +23,7 @@ from hil.recordings.provenance import command_line, host, local_time, operator, 
 from hil.recordings.recording import DELAYS, Event, Header, Recording, Series, Severity, delay_series
 from hil.recordings.series_layout import LABELS, SERIES_UNITS
 from hil.targets.delays import DelayLog
-from hil.targets.wire_log import (
-    WireRecord,
-)
+from hil.targets.wire_log import WireRecord
 
 SESSION = "session"
 READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}

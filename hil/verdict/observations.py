@@ -9,12 +9,7 @@ from aero.channels import FINGERS, Channel
 from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from hil.checks.shared.experiment import map_of, require
-from hil.checks.shared.signals import (
-    CommandStep,
-    closing_current,
-    find_steps,
-    in_force,
-)
+from hil.checks.shared.signals import CommandStep, closing_current, find_steps, in_force
 from hil.checks.staircase.cable_loads import loads
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Recording

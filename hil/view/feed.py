@@ -14,16 +14,7 @@ from queue import SimpleQueue
 
 from aero.child_process import ChildError, ChildProcess
 from hil.recordings.recording import Severity
-from hil.view.frame import (
-    DO,
-    CaseMessage,
-    Heading,
-    Message,
-    Note,
-    Verdicts,
-    ViewEnd,
-    line,
-)
+from hil.view.frame import DO, CaseMessage, Heading, Message, Note, Verdicts, ViewEnd, line
 from hil.view.sources import FRAMES_PER_S, Source
 
 START_S = 60.0

@@ -22,10 +22,7 @@ from hil.recordings.errors import UnusableFileError
 from hil.recordings.recording import Recording
 from hil.targets.target import GroundTruth, Target
 from hil.targets.wire_log import WireRecord
-from hil.view.frame import (
-    ViewFrame,
-    unknown,
-)
+from hil.view.frame import ViewFrame, unknown
 from model import BuiltHandPlant
 
 FRAMES_PER_S = 30.0

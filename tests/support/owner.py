@@ -21,9 +21,7 @@ from hil.faults.fault import FaultLayer, Injection, Part
 from hil.faults.winding import NEIGHBOUR
 from hil.report.results import write_results
 from hil.targets.asker import Choice
-from hil.targets.hand_spec import (
-    HandSpec,
-)
+from hil.targets.hand_spec import HandSpec
 from hil.targets.standing_hand import StandingHand
 from hil.targets.target import NoHandError
 from hil.verdict.case import DiagnosisCase

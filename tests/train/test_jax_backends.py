@@ -19,11 +19,7 @@ from train import actuation, randomise  # noqa: E402
 from train.convert import convert  # noqa: E402
 from train.environment import CubeEnvironment, Prices, native, over_mjx, prepare_starts  # noqa: E402
 from train.ppo import deployable  # noqa: E402
-from train.simulator import (  # noqa: E402
-    Simulator,
-    build_scene,
-    positions,
-)
+from train.simulator import Simulator, build_scene, positions  # noqa: E402
 from train.task import (  # noqa: E402  # noqa: E402  # noqa: E402
     PAPER_RESET,
     SENSOR_COUNT,

@@ -14,10 +14,7 @@ from aero.floats import Floats
 from train.identification.search import NOISE_COUNTS, Found, pooled_rms, solved, spreads
 from train.identification.trace import CHANNELS, Trace
 from train.identification.trace_replay import ReplayedTrace
-from train.identification.unit_parameters import (
-    Residuals,
-    UnitModel,
-)
+from train.identification.unit_parameters import Residuals, UnitModel
 
 SAME_READ_S = 0.02
 """Largest difference of the times since the command for which readings of two runs are compared, s."""

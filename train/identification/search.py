@@ -13,11 +13,7 @@ from scipy.optimize import least_squares
 from scipy.special import huber
 
 from aero.floats import Floats
-from train.identification.unit_parameters import (
-    Free,
-    Residuals,
-    UnitModel,
-)
+from train.identification.unit_parameters import Free, Residuals, UnitModel
 
 Report = Callable[[str], None]
 

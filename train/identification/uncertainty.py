@@ -9,10 +9,7 @@ from numpy.typing import NDArray
 from aero.floats import Floats
 from aero_hil_toml import filled, parsed
 from train.identification.search import NOISE_COUNTS, OUTLIER_COUNTS
-from train.identification.unit_parameters import (
-    Free,
-    Residuals,
-)
+from train.identification.unit_parameters import Free, Residuals
 
 COVERAGE_SIGMA = 1.96
 """Half width of a 95 % interval over the standard deviation."""

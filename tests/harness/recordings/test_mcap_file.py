@@ -18,14 +18,7 @@ from zstandard import ZstdCompressor
 
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_chunks import ChunkWriter
-from hil.recordings.mcap_file import (
-    CHUNK,
-    MOST_TIMES,
-    RecordingFile,
-    _unpacked,
-    read_recording,
-    write_recording,
-)
+from hil.recordings.mcap_file import CHUNK, MOST_TIMES, RecordingFile, _unpacked, read_recording, write_recording
 from hil.recordings.recording import Event, Header, Recording, Series
 from hil.targets.wire_log import WireRecord
 

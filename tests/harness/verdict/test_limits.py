@@ -12,18 +12,8 @@ from hypothesis import strategies as st
 from aero.firmware import FIRMWARE
 from hil.checks import CHECKS, EXPERIMENTS
 from hil.verdict.findings import MissingReadingError, Why, failed
-from hil.verdict.limits import (
-    TABLE as SHIPPED,
-)
-from hil.verdict.limits import (
-    Limit,
-    compare,
-    limits_text,
-    load_limits,
-    out_of_limits,
-    parse_limits,
-    within_limits,
-)
+from hil.verdict.limits import TABLE as SHIPPED
+from hil.verdict.limits import Limit, compare, limits_text, load_limits, out_of_limits, parse_limits, within_limits
 from train.limits.compute import FEWEST, FURTHEST
 from train.limits.resolution import resolution
 

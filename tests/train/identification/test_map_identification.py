@@ -7,10 +7,7 @@ from aero.actuation.coefficients import coefficients_from_toml
 from aero.channels import Channel, Joint
 from model import RoutedHand
 from train.identification import map_identification
-from train.identification.map_identification import (
-    coefficient_toml,
-    identify,
-)
+from train.identification.map_identification import coefficient_toml, identify
 
 PAPER = load_coefficients("paper")
 

@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 
 from hil.checks.shared.declaration import Check
-from train.limits.compute import (
-    FALSE_ALARMS,
-    FEWEST,
-    Healthy,
-    _outward,
-    computed_limits,
-    upper_bound,
-)
+from train.limits.compute import FALSE_ALARMS, FEWEST, Healthy, _outward, computed_limits, upper_bound
 
 INDEX, RING = ("staircase", "friction", "index"), ("staircase", "friction", "ring")
 BOTH = Check("staircase", "friction", ("index", "ring"), side="both")
