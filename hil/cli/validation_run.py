@@ -145,11 +145,11 @@ def _show(result: Validation, observer: Observer) -> None:
 def _end(result: Validation, folder: Path) -> NoReturn:
     """End the program with the exit code of the run."""
     if result.end.kind is EndKind.HOST_BUSY:
-        raise Ended(f"{result.end.reason} What was recorded is in {folder}", Exit.HOST_BUSY)
+        raise Ended(result.end.reason, Exit.HOST_BUSY)
     if result.end.error is None:
         sys.exit(Exit.WITHIN_LIMITS if result.passed else Exit.OUT_OF_LIMITS)
     if isinstance(result.end.error, SystemExit):
         echo(f"what was recorded is in {folder}", err=True)
         raise result.end.error
     code, line = ending(result.end.error)
-    raise Ended(f"{line.removesuffix('.')}; what was recorded is in {folder}", code)
+    raise Ended(line, code)

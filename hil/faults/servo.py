@@ -87,6 +87,6 @@ FAULTS = (
     Fault("servo_hot", SERVO, Part.SERVO, "a servo is hot", _hot, ALL, Severity("°C", (55, 65, 78), 0, 120)),
     Fault("protection_low", SERVO, Part.SERVO, "a servo's protection current is set low",
           stored("protection_current", lambda right, severity: round(severity)),
-          ALL, Severity("6.5 mA", (400, 200, 60), 0, 1023)),
+          ALL, Severity("units of 6.5 mA", (400, 200, 60), 0, 1023)),
 )
 # fmt: on

@@ -45,6 +45,19 @@ HEADINGS = {
     "aborted": "\u25a0 Aborted",
     "unclear": "\u2013 Not judged",
 }
+_OF_END = {
+    EndKind.HOST_BUSY: "unclear",
+    EndKind.FAULT_NEVER_FIRED: "unclear",
+    EndKind.NOT_PERMITTED: "unclear",
+    EndKind.STOPPED: "stopped",
+    EndKind.NOT_OPENED: "stopped",
+    EndKind.LINK: "aborted",
+    EndKind.FIRMWARE: "aborted",
+    EndKind.NOT_WRITTEN: "aborted",
+    EndKind.INTERRUPTED: "aborted",
+    EndKind.INCOMPLETE: "aborted",
+}
+"""Key of `HEADINGS` by the end of a run; after any other end the findings decide."""
 CASE_HEADINGS = {"pass": "\u2713 The failure is gone", "fail": "\u2717 At fault", "unclear": "\u2013 Open case"}
 MOST_FINDINGS = 6
 """Number of findings shown before a list is folded."""
@@ -193,13 +206,7 @@ def marked(text: str) -> Markup:
 
 def verdict_of(validation: Validation) -> str:
     """Return the key of `HEADINGS` for a run."""
-    if validation.end.kind in {EndKind.HOST_BUSY, EndKind.FAULT_NEVER_FIRED}:
-        return "unclear"
-    if validation.end.kind in {EndKind.STOPPED, EndKind.NOT_OPENED}:
-        return "stopped"
-    if validation.end.cut:
-        return "aborted"
-    return "pass" if validation.passed else "fail"
+    return _OF_END.get(validation.end.kind) or ("pass" if validation.passed else "fail")
 
 
 def _recordings(validation: Validation) -> dict[str, Recording]:

@@ -1,6 +1,7 @@
 """Summary of a run for a terminal, at most one screen long."""
 
 from collections.abc import Iterator, Sequence
+from textwrap import wrap
 
 from rich.text import Text
 
@@ -9,9 +10,12 @@ from hil.report.page import HEADINGS, verdict_of
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.parts import listed
+from hil.verdict.run_end import EndKind
 from hil.verdict.sentences import channel_sentences
 
-MOST_LINES = 3
+SCREEN, WIDTH = 20, 80
+"""Lines and columns of a terminal that a failed run may fill, the lines of its experiments included."""
+MOST_SENTENCES = 3
 """Limit of failing channels or parts listed on a terminal."""
 
 
@@ -23,17 +27,29 @@ def result_line(name: str, findings: Sequence[Finding]) -> Text:
 
 
 def run_text(validation: Validation, report: str) -> Iterator[Text]:
-    """Yield the verdict on a run; for a failed run also failing channels, suspects and the next step."""
+    """Yield the verdict on a run; for a failed run also failing channels, suspects and the next step.
+
+    The reason of an error is left to the last line on standard error.
+    """
     heading = HEADINGS[verdict_of(validation)][2:]
     seconds = f"{validation.hand_seconds:.0f} s of hand time in {validation.wall_seconds:.1f} s"
     if validation.passed:
         yield Text(f"{heading.lower()}; {validation.tally.words}; {seconds}; {report}")
         return
-    yield Text(f"{heading}; {validation.tally.words}; {seconds}", style="bold")
+    head = [Text(f"{heading}; {validation.tally.words}; {seconds}", style="bold")]
     if (end := validation.end.finding) is not None:
-        yield Text(f"{end.check[0].upper()}{end.check[1:]} {end.measured}: {end.meaning}")
-    for line in failing_lines(validation):
-        yield Text(line)
+        on_stderr = validation.end.error is not None or validation.end.kind is EndKind.HOST_BUSY
+        reason = "." if on_stderr else f": {end.meaning}"
+        head.append(Text(f"{end.check[0].upper()}{end.check[1:]} {end.measured}{reason}"))
+    tail = [*_after_the_channels(validation), Text.assemble(("Report: ", "bold"), report)]
+    printed = [*map(str, head), *map(str, tail), str(validation.end.error or "")]
+    yield from head
+    yield from map(Text, failing_lines(validation, SCREEN - len(validation.results) - sum(map(_height, printed))))
+    yield from tail
+
+
+def _after_the_channels(validation: Validation) -> Iterator[Text]:
+    """Yield suspects, next step and remark."""
     diagnosis = validation.diagnosis
     if diagnosis.suspects:
         yield Text.assemble(
@@ -45,12 +61,24 @@ def run_text(validation: Validation, report: str) -> Iterator[Text]:
             yield Text(f"  {diagnosis.step.command}")
     if validation.remark:
         yield Text(validation.remark)
-    yield Text.assemble(("Report: ", "bold"), report)
 
 
-def failing_lines(validation: Validation) -> Iterator[str]:
-    """Yield a sentence for each failing channel or part, at most `MOST_LINES`, then the number of omitted ones."""
-    lines = channel_sentences(validation)
-    yield from lines[:MOST_LINES]
-    if (more := len(lines) - MOST_LINES) > 0:
+def failing_lines(validation: Validation, room: int = SCREEN) -> Iterator[str]:
+    """Yield a sentence for each failing channel or part, then the number of omitted ones.
+
+    Args:
+        validation: judged run.
+        room: number of free lines on the screen; at least one sentence is yielded, and at most `MOST_SENTENCES`.
+    """
+    sentences = channel_sentences(validation)
+    shown = min(len(sentences), MOST_SENTENCES)
+    while shown > 1 and sum(map(_height, sentences[:shown])) + (shown < len(sentences)) > room:
+        shown -= 1
+    yield from sentences[:shown]
+    if more := len(sentences) - shown:
         yield f"and {more} more"
+
+
+def _height(text: str) -> int:
+    """Return the number of lines of a text on a terminal."""
+    return len(wrap(text, WIDTH))

@@ -44,7 +44,7 @@ class Finding:
     def sentence(self) -> str:
         """Finding as one sentence."""
         where = subject_words(self.subject)
-        return f"{where[0].upper()}{where[1:]}: {self.name} is {self.measured}, should be {self.expected}"
+        return f"{where[0].upper()}{where[1:]}: {self.name} {self.measured}, should be {self.expected}"
 
 
 class Why(Enum):
@@ -104,8 +104,10 @@ class Tally:
         asked = self.passed + self.failed + self.unmeasured
         if self.failed:
             words = f"{self.failed} of {asked} checks failed"
+        elif self.unmeasured:
+            words = f"{self.passed} of {asked} checks passed"
         else:
-            words = f"{self.passed} of {asked} checks passed" if self.unmeasured else f"all {asked} checks passed"
+            words = f"{asked} checks passed" if self.withheld else f"all {asked} checks passed"
         others = ((self.unmeasured, "not measurable"), (self.withheld, "not judged"))
         return ", ".join((words, *(f"{count} {what}" for count, what in others if count)))
 

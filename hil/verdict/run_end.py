@@ -22,11 +22,11 @@ class EndKind(Enum):
     FINISHED = ()
     """All requested experiments were run."""
     GATE = (
-        "after {at}",
+        "motion through the range",
         "not run",
         "run",
         "a hand that fails {at} is not moved further",
-        "The checks of {at} failed, so nothing that moves the hand through its range was run.",
+        "Checks of {at} failed.",
         "Repair what {at} found, then validate again.",
     )
     NOT_PERMITTED = (

@@ -40,7 +40,8 @@ def strength(finding: Finding) -> float:
 def _sentence(subjects: Sequence[str], findings: Sequence[Finding], *, still: bool) -> str:
     """Return the sentence of one subject, or of several that failed one check alone; the strongest is first."""
     words = subject_words(subjects[0])
-    others = f" and {len(subjects) - 1} more" if len(subjects) > 1 else ""
+    others = f" and {subject_words(subjects[1]) if len(subjects) == 2 else f'{len(subjects) - 1} more'}"
+    others = others if len(subjects) > 1 else ""
     text = f"{words[0].upper()}{words[1:]}{others}: "
     for number, clause in enumerate(_clauses(findings, still=still)):
         if number and len(text) + len(clause) > LENGTH:
@@ -67,7 +68,13 @@ def _clauses(findings: Sequence[Finding], *, still: bool) -> Iterable[str]:
         elif kind is EvidenceKind.TORQUE and abs(_value(finding)) <= CURRENT_A_PER_UNIT:
             yield f"{NO_CURRENT} (0.00 A of {finding.expected})"
         else:
-            yield f"{finding.name} {finding.measured}, should be {finding.expected}"
+            yield f"{finding.name} {_without_unit(finding)}, should be {finding.expected}"
+
+
+def _without_unit(finding: Finding) -> str:
+    """Return the measured value, without its unit if the expectation ends with the same one."""
+    value, _, unit = finding.measured.partition(" ")
+    return value if unit and finding.expected.endswith(f" {unit}") else finding.measured
 
 
 def _distance(finding: Finding) -> str:

@@ -66,5 +66,5 @@ def test_a_hand_that_fails_presence_is_not_moved():
         result = validate(target, ["presence", "audit"])
         sent = [record.data[0] for record in target.wire.since(0, 0.0) if record.direction == "to_hand"]
     assert list(result.results) == ["presence"]
-    assert result.end.finding.check == "after presence"
+    assert result.end.finding.check == "motion through the range"
     assert 0x11 not in sent

@@ -90,7 +90,7 @@ def test_a_spoiled_recording_is_judged_out_of_limits(results, tmp_path):
     write_recording(replaced(audit, "codes", codes), tmp_path / "dead.mcap")
     result = invoke("report", tmp_path / "dead.mcap", "--out", tmp_path / "r.html")
     assert result.exit_code == 1
-    assert "Ring finger: part of a nudge that it followed is 0 % of a nudge" in (tmp_path / "r.html").read_text()
+    assert "Ring finger: motion after a nudge 0 % of a nudge" in (tmp_path / "r.html").read_text()
 
 
 def cut_off(recording, path):

@@ -73,7 +73,7 @@ def test_joint_states_follow_the_hand(files):
 
 def test_a_finding_is_a_line_where_the_seconds_that_show_it_begin(files):
     found = [(m.log_time, d.message) for _, topic, m, d in messages(files[1]) if topic == "/findings"]
-    [followed] = [said for _, said in found if "Ring finger: part of a nudge that it followed" in said]
+    [followed] = [said for _, said in found if "Ring finger: motion after a nudge" in said]
     assert re.match(r"\d+\.\d to \d+\.\d s", followed)
     assert "checks passed" in found[-1][1]
 

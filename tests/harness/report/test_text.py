@@ -1,17 +1,21 @@
 """The text of a run fits on one screen, in its order."""
 
 import io
+import re
 from dataclasses import replace
 
 import pytest
 from rich.console import Console
 
 from aero.channels import Channel
-from hil.checks import EXPERIMENTS
+from aero.errors import LinkTimeoutError
+from hil.checks import DEFAULT, EXPERIMENTS
+from hil.report.page import verdict_of
 from hil.report.text import run_text
 from hil.verdict.diagnosis import Diagnosis, NextStep
 from hil.verdict.findings import failed
 from hil.verdict.parts import Part, Suspect
+from hil.verdict.run_end import EndKind, RunEnd
 
 
 def printed(run, width):
@@ -57,14 +61,39 @@ def test_a_run_that_fails_everywhere_fits_on_one_screen(validated):
     results = {
         name: replace(result, findings=tuple(replace(one, passed=False, excess=9.0) for one in result.findings))
         for name, result in validated.results.items()
+        if name in DEFAULT
     }
     everywhere = Diagnosis(
         tuple(Suspect(part) for part in Part if part not in (Part.DIGIT, Part.SERVO)),
         ("several digits fail",), step=NextStep("Switch the supply off. " * 8, "aero-hil diagnose validation/latest"),
     )  # fmt: skip
     said = printed(replace(validated, results=results, diagnosis=everywhere), 80)
-    assert len(said.splitlines()) <= 20
-    assert "and 5 more" in said
+    assert len(said.splitlines()) + len(results) <= 20
+    assert re.search(r"^and \d more$", said, re.MULTILINE)
+
+
+def test_the_reason_of_an_error_is_left_to_standard_error(validated):
+    error = LinkTimeoutError("no reply to GET_POS within 1 s")
+    said = printed(replace(validated, end=RunEnd(EndKind.LINK, "audit", str(error), error)), 80)
+    assert said.startswith("Aborted; all ")
+    assert "\nAudit aborted.\n" in said
+    assert "no reply" not in said
+
+
+def test_a_gate_says_its_reason(validated):
+    said = " ".join(printed(replace(validated, end=RunEnd(EndKind.GATE, "presence")), 80).split())
+    assert "Motion through the range not run: Checks of presence failed." in said
+
+
+@pytest.mark.parametrize(
+    ("kind", "verdict"),
+    [
+        (EndKind.LINK, "aborted"), (EndKind.GATE, "fail"), (EndKind.NOT_PERMITTED, "unclear"),
+        (EndKind.STOPPED, "stopped"), (EndKind.FINISHED, "pass"),
+    ],
+)  # fmt: skip
+def test_a_run_that_an_error_ends_is_not_out_of_limits(validated, kind, verdict):
+    assert verdict_of(replace(validated, end=RunEnd(kind, "audit"))) == verdict
 
 
 def test_the_count_is_that_of_the_page_and_the_files(validated):

@@ -56,7 +56,7 @@ def test_hand_time_is_that_of_all_experiments():
 
 
 def test_a_finding_is_a_sentence():
-    assert BAD.sentence == "Ring finger: friction is 0.4 A, should be at most 0.3 A"
+    assert BAD.sentence == "Ring finger: friction 0.4 A, should be at most 0.3 A"
 
 
 def test_what_ended_a_run_says_itself_what_happened():

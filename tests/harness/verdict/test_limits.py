@@ -43,7 +43,7 @@ def test_a_value_passes_exactly_within_the_bound(low, width, value):
 def test_a_value_that_could_not_be_measured_is_neither_within_its_limits_nor_on_a_side_of_them():
     finding = TABLE.judge(TRACKING, "index", math.nan)
     assert not finding.passed
-    assert finding.sentence == "Index finger: tracking error is not measurable, should be at most 0.9 mm"
+    assert finding.sentence == "Index finger: tracking error not measurable, should be at most 0.9 mm"
     assert finding.excess is None
     assert not within_limits(finding.excess)
     assert not out_of_limits(finding.excess)

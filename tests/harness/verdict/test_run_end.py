@@ -16,7 +16,13 @@ def test_a_run_that_finished_has_nothing_to_say():
 @pytest.mark.parametrize(
     ("end", "check", "measured", "source", "meaning"),
     [
-        (RunEnd(EndKind.GATE, "presence"), "after presence", "not run", "fails presence", "presence failed"),
+        (
+            RunEnd(EndKind.GATE, "presence"),
+            "motion through the range",
+            "not run",
+            "fails presence",
+            "presence failed",
+        ),
         (
             RunEnd(EndKind.NOT_PERMITTED, "coupling, replay", "Too hot."),
             "coupling, replay",

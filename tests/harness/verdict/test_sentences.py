@@ -89,3 +89,22 @@ def test_channels_that_fail_one_check_alone_share_a_sentence(validated):
     )
     (sentence,) = channel_sentences(Validation({"staircase": replace(result, findings=bad)}, FINISHED, 0.0))
     assert sentence.startswith("Index finger and 2 more: friction")
+    two = tuple(replace(one, passed=True) if one.subject == "pinky" else one for one in bad)
+    (sentence,) = channel_sentences(Validation({"staircase": replace(result, findings=two)}, FINISHED, 0.0))
+    assert sentence.startswith("Index finger and ring finger: friction")
+
+
+@pytest.mark.parametrize(
+    ("measured", "expected", "words"),
+    [
+        ("1 restarts", "at most 0 restarts", "1, should be at most 0 restarts"),
+        ("99.2 % of the window", "81 to 97.2 % of the window", "99.2, should be 81 to 97.2 % of the window"),
+        ("100 %, at the end of the window", "81 to 97 %", "100 %, at the end of the window, should be 81 to 97 %"),
+        ("moved", "stays", "moved, should be stays"),
+    ],
+)
+def test_a_unit_is_said_once(validated, measured, expected, words):
+    bad = replace(validated.results["staircase"].findings[0], passed=False, measured=measured, expected=expected)
+    result = replace(validated.results["staircase"], findings=(bad,))
+    (sentence,) = channel_sentences(Validation({"staircase": result}, FINISHED, 0.0))
+    assert sentence.endswith(f" {words}.")
