@@ -11,11 +11,9 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING
 
-from aero.clock import Clock
 from hil.cli.output import echo
 from hil.cli.terminal_asker import TerminalAsker
 from hil.cli.viewing import viewing
@@ -29,7 +27,7 @@ from hil.view.sources import source_of
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from hil.cli.case_session import CaseHand, CaseHelper
+    from hil.cli.case_session import CaseHand
 
 LOOK_S = 1.0
 """Poll period for a vanished page, s."""
@@ -156,33 +154,19 @@ class PageAsker(TerminalAsker):
             termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
 
 
-@dataclass(frozen=True)
 class SeenHand:
     """Hand of a case that is shown on the page while open."""
 
-    hand: CaseHand
-    page: Observer
-
-    @property
-    def spec(self) -> HandSpec:
-        """Specification of the hand."""
-        return self.hand.spec
-
-    @property
-    def clock(self) -> Clock:
-        """Clock of the hand."""
-        return self.hand.clock
-
-    @property
-    def helper(self) -> CaseHelper | None:
-        """Helper that can do steps on request, or None."""
-        return self.hand.helper
+    def __init__(self, hand: CaseHand, page: Observer) -> None:
+        """Wrap a hand."""
+        self.spec, self.clock, self.helper = hand.spec, hand.clock, hand.helper
+        self._hand, self._page = hand, page
 
     @contextmanager
     def open(self) -> Iterator[Target]:
         """Open the hand and show it on the page."""
-        with self.hand.open() as target:
-            self.page.follow(source_of(target))
+        with self._hand.open() as target:
+            self._page.follow(source_of(target))
             yield target
 
 

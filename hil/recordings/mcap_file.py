@@ -16,7 +16,7 @@ from contextlib import closing, suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
 from lz4.frame import LZ4FrameDecompressor
@@ -37,6 +37,7 @@ from hil.recordings.recording import Event, Header, Recording, Series, Severity
 from hil.recordings.series_layout import conformed
 from hil.targets.wire_log import WireRecord
 
+Content = TypeVar("Content")
 METADATA = "aero-hil"
 FOREIGN = "protobuf"
 """Encoding of messages for other programs only, see `hil.report.foxglove`."""
@@ -242,15 +243,7 @@ def read_recording(path: Path) -> Recording:
         OSError: the file cannot be read, or is a pipe or a device.
         UnusableFileError: not an MCAP file, not from aero-hil, or damaged; the message says which.
     """
-    with open_regular(path) as stream:
-        try:
-            return _assembled(_records(stream), path)
-        except UnusableFileError:
-            raise
-        except DAMAGED as error:
-            raise UnusableFileError(
-                f"{path} is not a readable MCAP file of a recording: {type(error).__name__} {error}"
-            ) from error
+    return _read(path, _assembled)
 
 
 def read_header(path: Path) -> Header:
@@ -260,15 +253,25 @@ def read_header(path: Path) -> Header:
         OSError: the file cannot be read, or is a pipe or a device.
         UnusableFileError: not from aero-hil, or damaged; the message says which.
     """
+    return _read(path, _first_header)
+
+
+def _read(path: Path, assemble: Callable[[Iterator[McapRecord], Path], Content]) -> Content:
     with open_regular(path) as stream:
         try:
-            for record in _records(stream):
-                if isinstance(record, Metadata) and record.name == METADATA:
-                    return _header(record, path)
+            return assemble(_records(stream), path)
         except UnusableFileError:
             raise
         except DAMAGED as error:
-            raise UnusableFileError(f"{path} is not a readable MCAP file: {type(error).__name__} {error}") from error
+            raise UnusableFileError(
+                f"{path} is not a readable MCAP file of a recording: {type(error).__name__} {error}"
+            ) from error
+
+
+def _first_header(records: Iterator[McapRecord], path: Path) -> Header:
+    for record in records:
+        if isinstance(record, Metadata) and record.name == METADATA:
+            return _header(record, path)
     raise UnusableFileError(f"{path} has no header of aero-hil")
 
 

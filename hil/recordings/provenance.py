@@ -10,12 +10,19 @@ import sys
 from datetime import datetime, timedelta
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 LIBRARIES = ("aero-hil", "numpy", "mujoco", "pyserial")
 COMMIT_FILE = Path(__file__).with_name("commit.txt")
 """Commit file of a wheel, written at build time because a wheel has no Git history."""
 OPERATOR = "AERO_OPERATOR"
 """Environment variable for the operator's name, if other than the login name."""
+
+
+def origin() -> dict[str, Any]:
+    """Return the header fields on this program and its computer."""
+    program = {"versions": versions(), "commit": source_commit(), "command": command_line()}
+    return program | {"started": local_time(), "host": host(), "operator": operator()}
 
 
 def local_time(ago_s: float = 0.0) -> str:

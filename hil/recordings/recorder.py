@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aero.channels import Channel
 from hil.recordings.errors import CannotBeWrittenError, unwritable, writing
 from hil.recordings.mcap_file import RecordingFile
-from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
+from hil.recordings.provenance import local_time, origin
 from hil.recordings.recording import DELAYS, Event, Header, Recording, Series, Severity, delay_series
 from hil.recordings.series_layout import CODES, LABELS, SERIES_UNITS
 from hil.targets.target import Target
@@ -213,16 +213,11 @@ class Recorder:
             seed=target.seed,
             parameters=dict(self._parameters),
             safety={} if target.guard is None else target.guard.thresholds.as_dict(),
-            versions=versions(),
-            commit=source_commit(),
-            started=self._started,
             finished=False,
-            host=host(),
-            command=command_line(),
-            operator=operator(),
             hand_id=target.hand_id,
             serial_number=target.serial_number,
             faults=" ".join(map(str, target.wrong)),
+            **(origin() | {"started": self._started}),
         )
 
 

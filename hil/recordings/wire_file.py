@@ -19,7 +19,7 @@ from aero.side import Side
 from hil.faults.link_faults import Direction
 from hil.recordings.errors import CannotBeWrittenError, writing
 from hil.recordings.mcap_file import RecordingFile
-from hil.recordings.provenance import command_line, host, local_time, operator, source_commit, versions
+from hil.recordings.provenance import origin
 from hil.recordings.recording import DELAYS, Event, Header, Recording, Series, Severity, delay_series
 from hil.recordings.series_layout import LABELS, SERIES_UNITS
 from hil.targets.delays import DelayLog
@@ -82,13 +82,8 @@ class WireFile:
             window=codec.window.name,
             unit=unit,
             seed=seed,
-            versions=versions(),
-            commit=source_commit(),
-            started=local_time(),
-            host=host(),
-            command=command_line(),
-            operator=operator(),
             finished=False,
+            **origin(),
         )
         with writing(path):
             self._file = RecordingFile(path, self._header)
