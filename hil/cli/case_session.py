@@ -25,7 +25,6 @@ from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import CASE, StoredCase, read_case, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.diagnosis import NextStep
-from hil.verdict.failures import RUN
 from hil.verdict.judged_run import Validation
 from hil.verdict.rerun import Plan, rerun
 from hil.verdict.run_end import EndKind
@@ -43,6 +42,8 @@ OUTCOMES = (
     Option("not sure", StepOutcome.UNSURE, "u"),
     NOT_DONE,
 )
+CONNECTED = "No hand answers. Are the supply and all plugs connected as before?"
+ALL_CONNECTED = (Option("all is connected", True), Option("something was off", False, "o"))
 TRY_S = 1.0
 """Period of connection attempts to a board that may be homing, s."""
 
@@ -200,11 +201,13 @@ class CaseSession:
                 folder.mkdir(exist_ok=True)
                 done = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
         except (SafetyStopError, NoHandError) as error:
-            if done is None and not any(key[0] == RUN for key in self.case.before.off):
-                raise
             self._asker.tell(str(error))
-            if done is None:  # what ended the first run prevented this one from starting
-                return StepOutcome.STAYS, ""
+            if done is None:
+                # what ended the first run may prevent this one from starting
+                silent = isinstance(error, NoHandError)
+                if self._asker.ask(Choice(CONNECTED, ALL_CONNECTED)) if silent else self.case.before.ended:
+                    return StepOutcome.STAYS, ""
+                raise
             # found only when the hand is closed; the readings stay valid
         outcome, run = done
         # the run belongs to this case and opens no other
@@ -230,16 +233,21 @@ class CaseSession:
     @contextmanager
     def _opened(self) -> Iterator[Target]:
         """Open the hand once its board answers; the board may home for a while after power-on."""
-        begun = self._hand.clock.now()
+        begun, booted = self._hand.clock.now(), False
         with ExitStack() as stack:
             while True:
                 waited_s = self._hand.clock.now() - begun
                 try:
                     opened = stack.enter_context(self._hand.open())
-                    break
+                    if not booted:
+                        break
+                    # a link that has asked a booting board in vain holds back its first readings: a new one
+                    stack.pop_all().close()
+                    booted = False
                 except NoHandError:
                     if waited_s > LONGEST_BOOT_S:
                         raise
+                    booted = True
                 self._asker.progress(0.0, "waiting for the board, which may home", LONGEST_BOOT_S - waited_s)
                 self._hand.clock.sleep_until(self._hand.clock.now() + TRY_S)
             yield opened

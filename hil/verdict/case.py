@@ -2,7 +2,8 @@
 
 The rules return an ambiguity group (`suspects.py`). Each step clears failure modes or shows some. The next step is the
 cheapest that tests a mode of the group, preferring steps without a tool. A part is convicted when a step has shown it
-and no other suspect of the group remains. No likelihoods are used; minutes order the steps.
+and no other suspect of the group remains. Once no step tests the group any further, and it is shown by elimination at
+most, the weak suspects that all digits share join it. No likelihoods are used; minutes order the steps.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from enum import Enum, auto
 
 from aero.channels import Channel
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN
+from hil.checks.shared.declaration import EvidenceKind
 from hil.verdict.failures import BY_CHANCE, LABELS, RUN, Failures
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import (
@@ -88,8 +90,18 @@ class DiagnosisCase:
 
     @property
     def group(self) -> tuple[Candidate, ...]:
-        """Ambiguity group after all steps: remaining strong candidates, else remaining weak ones."""
-        return self._left(self.strong) or self._left(self.weak)
+        """Ambiguity group after all steps: remaining strong candidates, else remaining weak ones.
+
+        The weak suspects that all digits share join strong ones that no further step tests and no outcome has shown,
+        other than by elimination.
+        """
+        strong = self._left(self.strong)
+        if not strong:
+            return self._left(self.weak)
+        directly = any(self._showing(one) - {StepOutcome.STAYS} for one in strong)
+        if directly or self.gone or self._useful(strong):
+            return strong
+        return self._left(self.strong | {one for one in self.weak if one.channel is None})
 
     @property
     def remaining(self) -> tuple[Suspect, ...]:
@@ -152,16 +164,28 @@ class DiagnosisCase:
             one
             for one in candidates(sorted(suspects, key=_order))
             if all(done.proposal.step.leaves(one, done.outcome, done.proposal.at) for done in self.done)
+            and not (one[0].reset and self._mended_otherwise)
         )
 
+    @property
+    def _mended_otherwise(self) -> bool:
+        """Whether a repair ended a failure that had survived an earlier homing; no reset state was the cause then."""
+        if not self.done or self.done[-1].outcome not in ENDED or self.done[-1].proposal.step.resets:
+            return False
+        return any(one.proposal.step.homes and one.outcome is StepOutcome.STAYS for one in self.done[:-1])
+
     def _is_shown(self, candidate: Candidate) -> bool:
-        return any(done.proposal.step.shows(candidate, done.outcome, done.proposal.at) for done in self.done)
+        return bool(self._showing(candidate))
+
+    def _showing(self, candidate: Candidate) -> set[StepOutcome]:
+        """Return the outcomes that show a candidate."""
+        return {one.outcome for one in self.done if one.proposal.step.shows(candidate, one.outcome, one.proposal.at)}
 
     @property
     def _next(self) -> Proposal | None:
         if not self.done and self._may_be_chance:
             return Proposal(steps()[AGAIN])
-        useful = self._useful()
+        useful = self._useful(self.group)
         names = {one.step.name for one in useful}
         ready = [one for one in useful if names.isdisjoint(one.step.after)]
         return min(ready, key=lambda one: (bool(one.step.tool), one.step.minutes), default=None)
@@ -171,10 +195,9 @@ class DiagnosisCase:
         """Whether the failure may be a single chance event, so that it must recur before any repair step."""
         return len(self.before.off) == 1 or any(piece.kind in BY_CHANCE for piece in self.before.pieces)
 
-    def _useful(self) -> list[Proposal]:
-        """Return the open steps that test a candidate of the group."""
+    def _useful(self, group: Collection[Candidate]) -> list[Proposal]:
+        """Return the open steps that test a candidate of a group."""
         tried = {(one.proposal.step.name, one.proposal.at) for one in self.done}
-        group = self.group
         failing = frozenset(channel for _, channel in candidates(self.strong) if channel is not None)
         found = []
         for step in steps().values():
@@ -216,19 +239,21 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     """
     at, beside, strongest = proposal.at, proposal.beside, before.strongest
     again = before.pieces & after.pieces
-    ended = any(key[0] == RUN for key in after.off)
     if StepOutcome.MOVED in proposal.step.outcomes and at is not None and beside is not None:
         kinds = before.kinds(at.label)
         arrived = {piece for piece in after.pieces - before.pieces if piece.subject == beside.label}
         # The evidence must also leave its first channel: bus noise that wanders between channels convicts no servo.
         left = all(piece.subject != at.label for piece in again)
-        if left and arrived and (ended or any(piece.kind in kinds for piece in arrived)):
+        if left and arrived and (after.ended or any(piece.kind in kinds for piece in arrived)):
             return StepOutcome.MOVED
-    if ended or strongest in again or any(piece.kind in BY_CHANCE for piece in again):
+    if after.ended or strongest in again or any(piece.kind in BY_CHANCE for piece in again):
         return StepOutcome.STAYS
-    if strongest is not None and (strongest.subject, strongest.kind) not in after.measured:
+    # a run to its end shows that the guard does not stop it any more
+    covered = after.complete if before.ended else strongest is None or strongest[:2] in after.measured
+    if not covered:
         # A run stopped at its first gate measures few of the failed readings, and may be worse.
         return StepOutcome.STAYS if after.off else None
     subjects = {piece.subject for piece in before.pieces} & LABELS.keys()
-    changed = any(piece.subject in subjects for piece in after.pieces)
+    # the runs of a case warm the servos up
+    changed = any(one.subject in subjects and one.kind is not EvidenceKind.OWN_SENSOR for one in after.pieces)
     return StepOutcome.PARTLY if again or changed else StepOutcome.GONE

@@ -44,8 +44,9 @@ def conclusion(case: DiagnosisCase) -> str:
     state, remaining = case.state, listed(map(str, case.remaining)) if case.remaining else ""
     action = " ".join(mode.action for mode in case.shown)
     if state is CaseState.RESET:
-        reset = case.done[-1].proposal.step.resets
-        return f"Nothing is broken. The step reset {reset or 'state that was left behind'}. {action}"
+        reset = case.done[-1].proposal.step.resets or "state that was left behind"
+        returns = "; ".join(f"{Suspect(mode.part, channel)}: {mode.action}" for mode, channel in case.group)
+        return f"Nothing is broken. The step reset {reset}. If the failure returns, look at the {returns}."
     if (found := case.convicted) is not None:
         name = str(found)
         return f"{name[0].upper()}{name[1:]}{_now_at(case, found)}. {action}"

@@ -16,6 +16,7 @@ from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 RUN = "run"
 """Substitute for an experiment's name in the failure of a run that the hand ended."""
 HANDS_FAULT = {EndKind.STOPPED, EndKind.LINK, EndKind.FIRMWARE}
+TO_ITS_END = {EndKind.FINISHED, EndKind.HOST_BUSY}
 LABELS = {channel.label: channel for channel in Channel}
 STOPS = {
     SafetyReason.CURRENT: EvidenceKind.TORQUE,
@@ -62,6 +63,8 @@ class Failures:
     """Excess of each failed reading (`Limit.excess`), above 1 or below -1."""
     known: frozenset[Key] = frozenset()
     """Readings that were measured and judged, passed ones included."""
+    complete: bool = False
+    """Whether the run reached its end."""
 
     @classmethod
     def of(cls, numbers: Mapping[str, Measured], limits: Collection[Limit], end: RunEnd = FINISHED) -> Failures:
@@ -72,7 +75,12 @@ class Failures:
         if end.kind in HANDS_FAULT and (end.stop is None or end.stop in STOPS):
             what = ENDED if end.stop is None else end.stop.value
             off[RUN, what, "hand" if end.channel is None else end.channel.label] = BEYOND_GIVEN
-        return cls(off, frozenset(known))
+        return cls(off, frozenset(known), end.kind in TO_ITS_END)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the hand ended the run."""
+        return any(key[0] == RUN for key in self.off)
 
     @property
     def pieces(self) -> frozenset[Piece]:

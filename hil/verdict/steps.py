@@ -177,8 +177,11 @@ def neighbour(channel: Channel, spared: frozenset[Channel] = frozenset()) -> Cha
 
 
 def _by_outcome(row: dict[str, Any]) -> dict[str, Any]:
-    named = {key: row[key] for key in ("convicts", "clears") if key in row}
-    return row | {key: {StepOutcome[one.upper()]: modes for one, modes in of.items()} for key, of in named.items()}
+    convicts, clears = dict(row.get("convicts", {})), row.get("clears", {})
+    if row.get("homes"):
+        convicts["gone"] = [*convicts.get("gone", ()), *(mode.name for mode in modes().values() if mode.reset)]
+    named = {"convicts": convicts, "clears": clears}
+    return row | {key: {StepOutcome[one.upper()]: told for one, told in of.items()} for key, of in named.items()}
 
 
 def _table() -> dict[str, Any]:

@@ -9,7 +9,7 @@ from aero.channels import Channel
 from aero.exit_code import Exit
 from hil import open_target
 from hil.cli import main
-from hil.cli.case_session import CaseSession
+from hil.cli.case_session import CONNECTED, CaseSession
 from hil.cli.emulated_case import ACTS
 from hil.targets.asker import Choice
 from hil.targets.hand_spec import HandSpec
@@ -38,10 +38,12 @@ SETUP = StoredCase(
 class Silent:
     """Answers yes, and keeps what it is shown."""
 
-    def __init__(self):
-        self.told, self.doing, self.announced = [], [], []
+    def __init__(self, connected=True):
+        self.told, self.doing, self.announced, self._connected = [], [], [], connected
 
     def ask(self, question):
+        if isinstance(question, Choice) and question.text == CONNECTED:
+            return self._connected
         return question.options[0].answer if isinstance(question, Choice) else ""
 
     def show(self, case):
@@ -64,12 +66,13 @@ class Homing:
 
     def __init__(self, target, silent_s):
         self.target, self.clock = target, target.clock
-        self.answers_at = self.clock.now() + silent_s
+        self.answers_at, self.opened = self.clock.now() + silent_s, 0
 
     @contextmanager
     def open(self):
         if self.clock.now() < self.answers_at:
             raise NoHandError("no hand answers")
+        self.opened += 1
         yield self.target
 
 
@@ -78,7 +81,7 @@ def test_a_board_that_homes_is_waited_for(silent_s, found, tmp_path):
     """Enter 9 s after power returned ended with 3 once, and lost what had been typed."""
     write_case(tmp_path, SETUP)
     with open_target(homed=True) as target:
-        session = CaseSession(SETUP, tmp_path, Homing(target, silent_s), asker := Silent())
+        session = CaseSession(SETUP, tmp_path, Homing(target, silent_s), asker := Silent(connected=False))
         if not found:
             with pytest.raises(NoHandError):
                 session.go_through()
@@ -91,6 +94,24 @@ def test_a_board_that_homes_is_waited_for(silent_s, found, tmp_path):
     assert parts[-1] == 1.0
     left = [left_s for _, doing, left_s in asker.doing if "board" not in doing]
     assert left == sorted(left, reverse=True)
+
+
+def test_a_hand_that_no_step_lets_answer_still_fails(tmp_path):
+    """A case of two servos with one ID ended with exit code 3, for its board answers no more after a restart."""
+    write_case(tmp_path, SETUP)
+    with open_target(homed=True) as target:
+        session = CaseSession(SETUP, tmp_path, Homing(target, 1e6), Silent())
+        session.go_through()
+    outcomes = {done.outcome for done in session.case.done if done.proposal.step.runs}
+    assert outcomes == {StepOutcome.STAYS}
+
+
+def test_a_board_that_has_just_booted_is_asked_over_a_new_link(tmp_path):
+    write_case(tmp_path, SETUP)
+    with open_target(homed=True) as target:
+        hand = Homing(target, 9)
+        CaseSession(SETUP, tmp_path, hand, Silent()).go_through()
+    assert hand.opened == 2
 
 
 def test_a_newcomer_sees_a_whole_case_on_the_emulated_hand_of_the_run(tmp_path):

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import FINGERS, Channel
+from aero.safety import SafetyReason
 from hil.verdict.case import CaseState, DiagnosisCase, Proposal, experiments_that_failed, outcome_of
 from hil.verdict.case_words import conclusion
 from hil.verdict.failures import Failures
@@ -66,7 +67,7 @@ def test_a_step_says_what_to_do_and_its_outcomes_are_possible(name):
 
 def test_every_mode_is_ruled_out_or_shown_by_a_step_and_has_an_action():
     for mode in modes().values():
-        assert mode.action.endswith(".")
+        assert mode.action.endswith(".") is not mode.reset
         assert any(mode.name in named for step in steps().values() for named in step.convicts.values())
 
 
@@ -110,6 +111,41 @@ def test_an_exchange_convicts_no_digit_while_the_board_may_be_it():
     case = case_of(RING | {Suspect(Part.BOARD)}).after(EXCHANGE, StepOutcome.STAYS)
     assert case.convicted is None
     assert Suspect(Part.BOARD) in case.remaining
+
+
+SHARED = frozenset(map(Suspect, (Part.BUS, Part.BOARD, Part.SUPPLY, Part.DRIVER)))
+
+
+def test_a_digit_that_is_left_over_is_not_convicted_before_the_parts_that_all_digits_share():
+    """A map of the owner's, a corroded pin and a plug were told as digits of good hands."""
+    case = played(case_of(RING, SHARED), {})
+    assert names(case)[:4] == ["home", "bend", "inspect", "exchange"]
+    assert {"plugs", "computer", "flash", "supply", "board"} <= set(names(case))
+    assert case.convicted == DIGIT
+    for step, part in {"plugs": Part.BUS, "computer": Part.DRIVER, "supply": Part.SUPPLY, "board": Part.BOARD}.items():
+        assert played(case_of(RING, SHARED), {step: StepOutcome.GONE}).convicted == Suspect(part)
+    skipped = played(case_of(RING, SHARED), {"board": StepOutcome.SKIPPED})
+    assert (skipped.convicted, set(skipped.remaining)) == (None, {DIGIT, Suspect(Part.BOARD)})
+
+
+def test_parts_that_no_step_separates_are_joined_by_those_that_all_digits_share():
+    """A corroded pin that two fingers share ended open, between servo and digit of one."""
+    case = played(case_of(RING, SHARED), {"exchange": StepOutcome.PARTLY, "plugs": StepOutcome.GONE})
+    assert case.convicted == Suspect(Part.BUS)
+
+
+@pytest.mark.parametrize(("step", "outcome"), [("bend", StepOutcome.YES), ("exchange", StepOutcome.MOVED)])
+def test_a_part_that_a_step_shows_directly_needs_no_further_step(step, outcome):
+    case = played(case_of(RING, SHARED), {step: outcome})
+    assert names(case)[-1] == step
+    assert case.state is CaseState.CONVICTED
+
+
+def test_a_repair_resets_nothing_that_an_earlier_homing_left():
+    """A plug that was reseated ended as state that was reset, for the step homes the hand, too."""
+    case = case_of(RING, SHARED).after(Proposal(steps()["power"]), StepOutcome.STAYS)
+    case = case.after(Proposal(steps()["plugs"]), StepOutcome.GONE)
+    assert (case.state, case.convicted) == (CaseState.CONVICTED, Suspect(Part.BUS))
 
 
 def test_weak_suspects_take_over_when_steps_have_cleared_the_strong_ones():
@@ -226,8 +262,14 @@ def test_a_failure_stays_or_is_gone(after, outcome):
 def test_part_of_a_failure_is_neither():
     part = Failures({("staircase", "spring", "ring"): 2.0}, frozenset(OFF))
     assert outcome_of(on("ring"), part, Proposal(steps()["home"])) is StepOutcome.PARTLY
-    other = Failures({("alike", "temperature", "ring"): 2.0}, frozenset(OFF))
+    other = Failures({("staircase", "tracking_rms", "ring"): 2.0}, frozenset(OFF))
     assert outcome_of(on("ring"), other, Proposal(steps()["home"])) is StepOutcome.PARTLY
+
+
+def test_a_servo_that_the_runs_of_a_case_have_warmed_up_is_not_the_failure():
+    """Reseated plugs had mended a finger, and its temperature after ten runs was part of the failure."""
+    warm = Failures({("alike", "temperature", "ring"): 2.0}, frozenset(OFF))
+    assert outcome_of(on("ring"), warm, Proposal(steps()["home"])) is StepOutcome.GONE
 
 
 def test_a_failure_that_was_not_measured_again_is_not_known_to_be_gone():
@@ -266,6 +308,21 @@ def test_a_guard_stop_at_the_neighbour_is_evidence_there_however_much_failed_bef
     assert outcome_of(Failures(before), stopped, EXCHANGE) is StepOutcome.MOVED
     again = Failures({("run", "stray", "ring"): 3.0})
     assert outcome_of(Failures(before), again, EXCHANGE) is StepOutcome.STAYS
+
+
+@pytest.mark.parametrize(
+    ("after", "outcome"),
+    [
+        (Failures({}, complete=True), StepOutcome.GONE),
+        (Failures({("alike", "temperature", "pinky"): 1.5}, complete=True), StepOutcome.GONE),
+        (Failures({("alike", "temperature", "ring"): 1.5}), StepOutcome.STAYS),
+        (Failures({}), None),
+    ],
+)
+def test_a_stop_is_gone_once_a_run_reaches_its_end(after, outcome):
+    """A stop leaves no reading to measure again: flashing mended a hand, and each step after it was said to fail."""
+    before = Failures({("run", SafetyReason.JUMP.value, "ring"): 3.0})
+    assert outcome_of(before, after, Proposal(steps()["flash"])) is outcome
 
 
 def test_a_servo_that_is_cold_beside_a_hot_one_has_left():
