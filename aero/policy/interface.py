@@ -213,7 +213,7 @@ class Interface:
             return cls._parsed(read_toml(path))
         except FileNotFoundError as error:
             raise PolicyFileError(
-                f"{path} is missing: it says what the policy observes and what its action means; copy "
+                f"{path} is missing: it declares observation and action of the policy; copy "
                 "aero/policy/shipped/steady.toml and change it"
             ) from error
         except (OSError, ValueError, TypeError, KeyError, OverflowError) as error:

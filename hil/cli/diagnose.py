@@ -33,8 +33,8 @@ from hil.verdict.case_file import HandOfCase, StoredCase, read_case
 def diagnose(*, folder: Path, port: str | None, view: bool, same_hand: bool) -> None:
     """Isolate the faulty part of a hand step by step, with a rerun of the failed experiments after each step.
 
-    CASE is the folder of the failed run (default: validation/latest), which also provides version and side. Without
-    --hil, the emulated hand of the case is recreated with its faults, and the program can do each step. Ctrl-C
+    CASE is the folder of the failed run (default: validation/latest), which also provides firmware version and side.
+    Without --hil, the emulated hand of the case is recreated with its faults, and the program can do each step. Ctrl-C
     interrupts the case; the same command resumes it. Exits with 0 if the failure is gone after the last step, else 1.
     """
     with usage_errors():

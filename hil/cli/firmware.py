@@ -57,7 +57,7 @@ def build_command(
         raise Ended(str(error), Exit.USAGE) from error
     echo(f"{out} made with {compiler.command[-1] if len(compiler.command) == 1 else 'zig c++'}")
     if compiler.long_bits != 32:
-        echo("Its `long` has 64 bits, so positions do not wrap as on the chip: it finds errors, do not compare it.")
+        echo("Its `long` has 64 bits, so positions do not wrap as on the chip; use it to find errors, not to compare.")
 
 
 @firmware.command("compare")

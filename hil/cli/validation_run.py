@@ -114,7 +114,7 @@ def run(
                 def kept(so_far: Validation) -> None:
                     write_figures(so_far, folder)
                     name, ran = list(so_far.results.items())[-1]
-                    observer.note(f"{name}: {len(failed(ran.findings))} of {len(ran.findings)} checks failed")
+                    observer.note(str(result_line(name, ran.findings)))
                     _show(so_far, observer)
                     along.result(so_far)
 

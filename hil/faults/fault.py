@@ -164,7 +164,7 @@ class Injection:
             wanted = f"sits on {known}" if known else "is of the whole hand and has no channel"
             raise ValueError(f"the fault {name} {wanted}, not {self.channel and self.channel.label!r}")
         if not (math.isfinite(self.at_s) and self.at_s >= 0.0):
-            raise ValueError(f"the fault {name} begins at a time from 0 s on, not {self.at_s:g}")
+            raise ValueError(f"the fault {name} needs a start time of at least 0 s, not {self.at_s:g}")
         if self.at_s and not fault.later:
             raise ValueError(f"the fault {name} is built in and cannot begin later; leave out @{self.at_s:g}")
 

@@ -82,8 +82,8 @@ def refuse_at_a_port(faults: Iterable[Injection]) -> None:
     for fault in faults:
         if fault.fault.layer is FaultLayer.HOST:
             raise ValueError(
-                f"{fault} acts at the program's end of the link, which a hand on a port does not reach; use "
-                "the target `emulated`, and for link_hangs_up `aero-hil proxy`"
+                f"{fault} needs the program's end of the link, which only the target `emulated` has; for link_hangs_up "
+                "on a port, use `aero-hil proxy`"
             )
 
 

@@ -110,7 +110,7 @@ class Series:
                 f"units, times {self.times.shape} and values {self.values.shape}"
             )
         if not (np.isfinite(self.times).all() and np.isfinite(self.values).all()):
-            raise ValueError("a series holds finite numbers only; leave a sample out where there is none")
+            raise ValueError("a series has finite numbers only; omit samples without a reading")
         if np.any(np.diff(self.times, prepend=0.0) < 0):
             raise ValueError("the times of a series start at zero or later and never decrease")
         for name in ("times", "values"):

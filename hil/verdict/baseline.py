@@ -79,7 +79,7 @@ def store(results: Path, baseline: Path, *, even_so: bool = False) -> None:
     load(results)
     if not _checks(results).get("passed") and not even_so:
         raise UnusableFileError(
-            f"the run in {results} did not pass: a hand like it would pass later; --even-so stores it as it is"
+            f"the run in {results} did not pass, so an equally bad hand would pass later; --even-so stores it"
         )
     if baseline.exists():
         raise FileExistsError(f"{baseline} exists already; remove it or choose another name")

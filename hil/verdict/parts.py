@@ -23,10 +23,10 @@ class Suspect:
     """Channel of a servo or a digit; None for a part that exists once."""
 
     def __str__(self) -> str:
-        """Return the part's name, with its channel."""
-        return (
-            self.part.value if self.channel is None else f"{self.part.value} of the {subject_words(self.channel.label)}"
-        )
+        """Return the part's name, with its channel if known."""
+        if self.channel is not None:
+            return f"{self.part.value} of the {subject_words(self.channel.label)}"
+        return f"one of the {self.part.value}s" if self.part in {Part.SERVO, Part.DIGIT} else self.part.value
 
 
 def listed(words: Iterable[str]) -> str:

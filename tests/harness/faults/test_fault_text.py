@@ -41,7 +41,7 @@ def test_what_is_left_out_has_a_stated_value():
         ("motor_weak:index=2", "goes from 0 to 0.99"),
         ("motor_dead=0.5", "is there or not"),
         ("motor_weak@soon", "is not a time"),
-        ("motor_weak@-1", "begins at a time from 0 s on"),
+        ("motor_weak@-1", "needs a start time of at least 0 s"),
         ("cable_snapped:thumb_abduction", "sits on index, middle"),
         ("supply_low:index", "has no channel"),
         ("winding_reversed@3", "cannot begin later"),

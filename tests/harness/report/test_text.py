@@ -11,7 +11,7 @@ from aero.channels import Channel
 from aero.errors import LinkTimeoutError
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.report.page import verdict_of
-from hil.report.text import run_text
+from hil.report.text import result_line, run_text
 from hil.verdict.diagnosis import Diagnosis, NextStep
 from hil.verdict.findings import failed
 from hil.verdict.parts import Part, Suspect
@@ -78,6 +78,18 @@ def test_the_reason_of_an_error_is_left_to_standard_error(validated):
     assert said.startswith("Aborted; all ")
     assert "\nAudit aborted.\n" in said
     assert "no reply" not in said
+
+
+def test_the_line_of_an_experiment_counts_no_failures(validated):
+    findings = validated.results["staircase"].findings
+    assert str(result_line("staircase", findings)).endswith(f": {len(findings)} checks passed")
+    assert str(result_line("staircase", (*findings, replace(findings[0], passed=False)))).endswith(": failed")
+
+
+def test_a_servo_without_a_channel_is_one_of_them():
+    assert str(Suspect(Part.SERVO)) == "one of the servos"
+    assert str(Suspect(Part.SERVO, Channel.RING)) == "servo of the ring finger"
+    assert str(Suspect(Part.BUS)) == Part.BUS.value
 
 
 def test_a_gate_says_its_reason(validated):
