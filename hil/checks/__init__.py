@@ -63,12 +63,12 @@ ALIKE = _WHOLE["alike"]
 """Check of the readings of all experiments together."""
 JUDGED: dict[str, Measuring] = {**EXPERIMENTS, **{found.name: found for found in (WHOLE_RUN, DRIVER, ALIKE)}}
 """Everything with limits: the experiments, and the checks of the whole run."""
-CHECKS = tuple(check for found in JUDGED.values() for metric in found.metrics for check in metric.checks)
+BOUNDS = tuple(bound for found in JUDGED.values() for metric in found.metrics for bound in metric.bounds)
 """All bounds, in the order of the limits."""
 
 __all__ = [
     "ALIKE",
-    "CHECKS",
+    "BOUNDS",
     "DEFAULT",
     "DRIVER",
     "EXPERIMENTS",

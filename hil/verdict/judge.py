@@ -115,7 +115,7 @@ class Judge:
         own = [limit for limit in self.limits if limit.experiment == measuring.name]
         known = {(limit.metric, subject) for limit in own for subject in limit.subjects}
         for metric in measuring.metrics:
-            meant = any(not check.firmware or self._firmware in check.firmware for check in metric.checks)
+            meant = any(not bound.firmware or self._firmware in bound.firmware for bound in metric.bounds)
             for subject in metric.subjects if meant else ():
                 if (metric.name, subject) not in known and reading(measured, subject, metric.name) is not None:
                     yield Withheld(measuring.name, metric.name, subject, metric.words, Why.NO_LIMIT)

@@ -13,7 +13,7 @@ from functools import cache
 from importlib import resources
 
 from aero.firmware import VERSION_GROUPS
-from hil.checks import CHECKS, Measured, Measuring
+from hil.checks import BOUNDS, Measured, Measuring
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.subjects import SUBJECTS
@@ -122,16 +122,16 @@ def given_limits() -> tuple[Limit, ...]:
     """Return the fixed bounds of the checks."""
     return tuple(
         Limit(
-            check.experiment,
-            check.metric,
-            check.subjects,
-            check.at_least,
-            check.at_most,
-            firmware=check.firmware,
-            given_by=check.source,
+            bound.experiment,
+            bound.metric,
+            bound.subjects,
+            bound.at_least,
+            bound.at_most,
+            firmware=bound.firmware,
+            given_by=bound.source,
         )
-        for check in CHECKS
-        if check.given
+        for bound in BOUNDS
+        if bound.given
     )
 
 

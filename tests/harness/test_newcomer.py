@@ -67,13 +67,13 @@ def test_a_metric_is_added_in_the_folder_of_its_check(copy):
     assert touched(copy) == {Path("hil/checks/holding")}
     program = (
         "from hil import open_target\n"
-        "from hil.checks import CHECKS, EXPERIMENTS\n"
+        "from hil.checks import BOUNDS, EXPERIMENTS\n"
         "from hil.verdict.baseline import Baseline, regressions\n"
         "from hil.verdict.validation import validate\n"
         "with open_target() as target: done = validate(target, ['holding'])\n"
         "print(done.numbers['holding']['ring']['peak_current'] > 0.1)\n"
         "print(EXPERIMENTS['holding'].metric('peak_current', 'ring').unit)\n"
-        "print([check.side for check in CHECKS if check.metric == 'peak_current'])\n"
+        "print([bound.side for bound in BOUNDS if bound.metric == 'peak_current'])\n"
         "worse = regressions(Baseline('mine', {}, {'holding': {'ring': {'peak_current': 0.01}}}), done.numbers)\n"
         "print([finding.passed for finding in worse if finding.check.startswith('peak_current')])\n"
     )

@@ -2,17 +2,17 @@
 
 from dataclasses import replace
 
-from hil.checks import CHECKS
+from hil.checks import BOUNDS
 from train.campaign.trial import Outcome
 
 
 def numbers(value=0.0, **changed):
     """Return every judged number of a run, all `value` except `changed`: `experiment__metric__subject=...`."""
     found = {}
-    for check in CHECKS:
-        for subject in check.subjects:
-            row = found.setdefault(check.experiment, {}).setdefault(subject, {})
-            row[check.metric] = max(value, check.at_least) if check.given else value
+    for bound in BOUNDS:
+        for subject in bound.subjects:
+            row = found.setdefault(bound.experiment, {}).setdefault(subject, {})
+            row[bound.metric] = max(value, bound.at_least) if bound.given else value
     for name, other in changed.items():
         experiment, metric, subject = name.split("__")
         found[experiment][subject][metric] = other

@@ -7,7 +7,7 @@ import click
 import tomli_w
 
 from aero.whole_file import write_whole
-from hil.checks import CHECKS
+from hil.checks import BOUNDS
 from hil.cli.exits import run_module, usage_errors
 from hil.cli.terminal import console as new_console
 from hil.recordings.output import prepared_folder
@@ -46,7 +46,7 @@ def limits(*, out: Path, data: Path | None, workers: Workers) -> None:
         run_trials(console, trials, store, workers, folder)
         done = {outcome.trial.key: outcome for outcome in store.outcomes()}
     outcomes = [done[trial.key] for trial in trials]
-    table = computed_limits(CHECKS, healthy_hands_of(outcomes))
+    table = computed_limits(BOUNDS, healthy_hands_of(outcomes))
     flagged, judged = held_out(outcomes)
     write_whole(place / "limits.csv", limits_text(table))
     write_whole(place / "population.toml", provenance_text(outcomes, flagged, judged))

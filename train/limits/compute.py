@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import genpareto, lmoment
 
 from aero.floats import Floats
-from hil.checks.shared.declaration import Check
+from hil.checks.shared.declaration import Bound
 from hil.verdict.limits import Limit
 from train.limits.resolution import resolution
 
@@ -27,7 +27,7 @@ FURTHEST = 0.5
 FEWEST = 60
 """Smallest number of readings for a limit.
 
-Hands of one firmware, guarded or not, with fewer readings share the limit of all firmware; a check with fewer readings
+Hands of one firmware, guarded or not, with fewer readings share the limit of all firmware; a bound with fewer readings
 in all is not judged.
 """
 LEAST_EXCESSES = 8
@@ -59,59 +59,59 @@ class Healthy:
     """Whether these hands are guarded; a guard limits the force at their stops."""
 
 
-def computed_limits(checks: Sequence[Check], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
-    """Return the limits of the checks whose bounds are not given.
+def computed_limits(bounds: Sequence[Bound], groups: Sequence[Healthy]) -> tuple[Limit, ...]:
+    """Return the limits of the bounds that are not fixed.
 
     Args:
-        checks: all checks, which share the chance of a false alarm.
+        bounds: all bounds, which share the chance of a false alarm.
         groups: healthy hands.
 
     Raises:
-        ValueError: hands of some firmware have no reading of a check.
+        ValueError: hands of some firmware have no reading of a bound.
     """
-    sides = sum({"both": 2}.get(check.side or "", 1) for check in checks)
+    sides = sum({"both": 2}.get(bound.side or "", 1) for bound in bounds)
     found: list[Limit] = []
-    for check in checks:
-        if check.given:
+    for bound in bounds:
+        if bound.given:
             continue
-        versions = {v for group in groups for v in group.firmware if not check.firmware or v in check.firmware}
+        versions = {v for group in groups for v in group.firmware if not bound.firmware or v in bound.firmware}
         meant = [group for group in groups if versions.intersection(group.firmware)]
         # Each subject of a pool can raise a false alarm alone, so all subjects share the allowance.
-        chance = FALSE_ALARMS / sides / len(check.subjects)
-        free = _limits(check, [group for group in meant if not group.guarded], versions, chance)
+        chance = FALSE_ALARMS / sides / len(bound.subjects)
+        free = _limits(bound, [group for group in meant if not group.guarded], versions, chance)
         # Firmware `pre` has no torque limit, so the guard stops its hands before a measurement.
-        measured = [group for group in meant if group.guarded and _pooled(group.population, check).size]
-        weaker = _limits(check, measured, versions, chance)
+        measured = [group for group in meant if group.guarded and _pooled(group.population, bound).size]
+        weaker = _limits(bound, measured, versions, chance)
         together = _together(free, weaker)
         found += [limit for limit in together if limit.readings >= FEWEST]
-        found += _shared(check, meant, [limit for limit in together if limit.readings < FEWEST], chance)
+        found += _shared(bound, meant, [limit for limit in together if limit.readings < FEWEST], chance)
     return tuple(found)
 
 
-def _shared(check: Check, groups: Sequence[Healthy], few: Sequence[Limit], chance: float) -> list[Limit]:
-    """Return pooled limits over all firmware, by guard state, for checks with too few readings per firmware."""
+def _shared(bound: Bound, groups: Sequence[Healthy], few: Sequence[Limit], chance: float) -> list[Limit]:
+    """Return pooled limits over all firmware, by guard state, for bounds with too few readings per firmware."""
     found = []
     for guarded in dict.fromkeys(limit.guarded for limit in few):
         alike = [group for group in groups if guarded is None or group.guarded is guarded]
-        values = np.concatenate([_pooled(group.population, check) for group in alike])
+        values = np.concatenate([_pooled(group.population, bound) for group in alike])
         firmware = tuple(version for limit in few if limit.guarded is guarded for version in limit.firmware)
-        pool = Healthy(firmware, {(check.experiment, check.metric, check.subjects[0]): values})
+        pool = Healthy(firmware, {(bound.experiment, bound.metric, bound.subjects[0]): values})
         if values.size >= FEWEST:
-            found += [replace(limit, guarded=guarded) for limit in _limits(check, [pool], set(firmware), chance)]
+            found += [replace(limit, guarded=guarded) for limit in _limits(bound, [pool], set(firmware), chance)]
     return found
 
 
-def _limits(check: Check, groups: Sequence[Healthy], versions: set[str], chance: float) -> list[Limit]:
-    """Return the limits of a check per firmware group, for either guarded or unguarded hands."""
+def _limits(bound: Bound, groups: Sequence[Healthy], versions: set[str], chance: float) -> list[Limit]:
+    """Return the limits of a bound per firmware group, for either guarded or unguarded hands."""
     if not groups:
         return []
     for group in groups:
-        if not _pooled(group.population, check).size:
-            named = f"{check.experiment} {check.metric}"
+        if not _pooled(group.population, bound).size:
+            named = f"{bound.experiment} {bound.metric}"
             raise ValueError(f"no healthy hand of firmware {group.firmware[-1]} measured {named}; run every experiment")
-    deviations = np.concatenate([_deviations(group, check) for group in groups])
+    deviations = np.concatenate([_deviations(group, bound) for group in groups])
     beyond = upper_bound(deviations, chance), upper_bound(-deviations, chance)
-    return [_limit(check, group, tuple(v for v in group.firmware if v in versions), beyond) for group in groups]
+    return [_limit(bound, group, tuple(v for v in group.firmware if v in versions), beyond) for group in groups]
 
 
 def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
@@ -143,28 +143,28 @@ def _together(free: Sequence[Limit], weaker: Sequence[Limit]) -> list[Limit]:
     return found
 
 
-def _deviations(group: Healthy, check: Check) -> Floats:
+def _deviations(group: Healthy, bound: Bound) -> Floats:
     """Return a group's readings minus their median; the residuals are alike for all firmware versions."""
-    values = _pooled(group.population, check)
+    values = _pooled(group.population, bound)
     return values - np.median(values) if values.size else values
 
 
-def _limit(check: Check, group: Healthy, firmware: tuple[str, ...], beyond: tuple[float, float]) -> Limit:
+def _limit(bound: Bound, group: Healthy, firmware: tuple[str, ...], beyond: tuple[float, float]) -> Limit:
     """Return a limit from a group's median and the pooled upper and lower tail bounds `beyond`."""
-    values = _pooled(group.population, check)
-    held = np.concatenate([values, np.array(check.recorded or ())])
+    values = _pooled(group.population, bound)
+    held = np.concatenate([values, np.array(bound.recorded or ())])
     low, high, median = float(held.min()), float(held.max()), float(np.median(values))
     # Quantised readings have no tail to fit; healthy hands are bounded, so the limit stays close.
     most = FURTHEST * float(np.ptp(values))
-    step = max(resolution(check, firmware), WRITTEN * max(abs(low), abs(high)))
+    step = max(resolution(bound, firmware), WRITTEN * max(abs(low), abs(high)))
     upper = max(min(median + beyond[0], float(values.max()) + most), high + step)
     lower = min(max(median - beyond[1], float(values.min()) - most), low - step)
     return Limit(
-        check.experiment,
-        check.metric,
-        check.subjects,
-        at_least=-math.inf if check.side == "above" else _outward(lower, -1),
-        at_most=math.inf if check.side == "below" else _outward(upper, 1),
+        bound.experiment,
+        bound.metric,
+        bound.subjects,
+        at_least=-math.inf if bound.side == "above" else _outward(lower, -1),
+        at_most=math.inf if bound.side == "below" else _outward(upper, 1),
         firmware=firmware,
         healthy=(float(f"{low:.6g}"), float(f"{high:.6g}")),
         readings=values.size,
@@ -184,8 +184,8 @@ def upper_bound(values: Floats, chance: float) -> float:
     return threshold + float(genpareto.isf(chance / TAIL, shape, scale=mean * (1.0 - shape)))
 
 
-def _pooled(readings: Readings, check: Check) -> Floats:
-    parts = [readings.get((check.experiment, check.metric, subject), np.empty(0)) for subject in check.subjects]
+def _pooled(readings: Readings, bound: Bound) -> Floats:
+    parts = [readings.get((bound.experiment, bound.metric, subject), np.empty(0)) for subject in bound.subjects]
     values = np.concatenate(parts)
     return values[np.isfinite(values)]
 

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from aero.firmware import VERSION_GROUPS
-from hil.checks import CHECKS
+from hil.checks import BOUNDS
 from hil.verdict.limits import excesses, within_limits
 from train.campaign.trial import SIDES, USUAL_FIRMWARE, Outcome, Trial, healthy_hands
 from train.limits.compute import Healthy, Readings, computed_limits
@@ -78,7 +78,7 @@ def held_out(outcomes: Sequence[Outcome]) -> tuple[int, int]:
     flagged = judged = 0
     for part in range(FOLDS):
         rest = [hand for place, hand in enumerate(outcomes) if place % FOLDS != part]
-        limits = computed_limits(CHECKS, healthy_hands_of(rest))
+        limits = computed_limits(BOUNDS, healthy_hands_of(rest))
         for hand in outcomes[part::FOLDS]:
             trial = hand.trial
             own = [limit for limit in limits if limit.holds_for(trial.firmware, guarded=trial.guarded)]

@@ -16,7 +16,7 @@ from aero.protocol import MAX_CODE
 from hil.checks import EXPERIMENTS, JUDGED
 from hil.checks.audit.check import NUDGE
 from hil.checks.replay.check import DELAY_STEP_S
-from hil.checks.shared.declaration import Check
+from hil.checks.shared.declaration import Bound
 from hil.checks.shared.signals import MILLI
 from hil.checks.staircase.check import Staircase
 from hil.checks.staircase.rise_time import MATCHED_FRACTION
@@ -25,23 +25,23 @@ REGISTERS = {"A": CURRENT_A_PER_UNIT, "°C": 1.0, "of 40 steps": 1.0}
 """Resolution by unit: one digit of the servos' current or temperature register, or one step."""
 
 
-def resolution(check: Check, firmware: Iterable[str]) -> float:
-    """Return the resolution of a check's reading in the check's unit: the coarsest of channels and versions."""
-    metric = JUDGED[check.experiment].metric(check.metric, check.subjects[0])
+def resolution(bound: Bound, firmware: Iterable[str]) -> float:
+    """Return the resolution of a bound's reading in the bound's unit: the coarsest of channels and versions."""
+    metric = JUDGED[bound.experiment].metric(bound.metric, bound.subjects[0])
     if metric.unit == "ms":
-        return _time_ms(check)
-    if check.metric == "take_up":  # measured as the last slack level of the staircase
-        return max(_level_mm(version, check.subjects) for version in firmware)
+        return _time_ms(bound)
+    if bound.metric == "take_up":  # measured as the last slack level of the staircase
+        return max(_level_mm(version, bound.subjects) for version in firmware)
     if metric.unit in REGISTERS:
         return REGISTERS[metric.unit]
-    return max((_count(metric.unit, version, check.subjects) for version in firmware), default=0.0)
+    return max((_count(metric.unit, version, bound.subjects) for version in firmware), default=0.0)
 
 
-def _time_ms(check: Check) -> float:
+def _time_ms(bound: Bound) -> float:
     """Return the resolution of a time, ms: its search step, or the sample period of the readings."""
-    if check.metric == "rise_hand_ms":  # interpolated between samples, median of many steps
+    if bound.metric == "rise_hand_ms":  # interpolated between samples, median of many steps
         return 0.0
-    return MILLI * (DELAY_STEP_S if check.metric == "replay_delay" else EXPERIMENTS[check.experiment].period_s)
+    return MILLI * (DELAY_STEP_S if bound.metric == "replay_delay" else EXPERIMENTS[bound.experiment].period_s)
 
 
 def _count(unit: str, firmware: str, subjects: tuple[str, ...]) -> float:

@@ -97,7 +97,7 @@ class MotionRole(Enum):
 
 
 @dataclass(frozen=True)
-class Check:
+class Bound:
     """Bound on one metric for subjects with similar readings, and the input of its computed limits."""
 
     experiment: str
@@ -173,7 +173,7 @@ class Metric:
     end_of_scale: float = math.inf
     says: tuple[str, ...] = ()
     """Words for the values of a person's answer; empty for a number."""
-    checks: tuple[Check, ...] = ()
+    bounds: tuple[Bound, ...] = ()
     """Bounds; empty for a number that is not judged."""
     worse: Worse | None = None
     column: Column | None = None
@@ -206,7 +206,7 @@ def number(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
 
 
-BOUND = {field.name for field in fields(Check)} - {"experiment", "metric", "subjects"}
+BOUND = {field.name for field in fields(Bound)} - {"experiment", "metric", "subjects"}
 
 
 def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
@@ -227,7 +227,7 @@ def parse_metric(experiment: str, table: Mapping[str, Any]) -> Iterator[Metric]:
         yield _metric(experiment, GROUPS[group], merged, published)
 
 
-def parse_checks(experiment: str, subjects: tuple[str, ...], table: Mapping[str, Any]) -> tuple[Check, ...]:
+def parse_bounds(experiment: str, subjects: tuple[str, ...], table: Mapping[str, Any]) -> tuple[Bound, ...]:
     """Return the bounds of one group of subjects.
 
     Raises:
@@ -238,7 +238,7 @@ def parse_checks(experiment: str, subjects: tuple[str, ...], table: Mapping[str,
     named = {version for bound in bounds for version in bound.get("firmware", ())}
     others = tuple(version for group in VERSION_GROUPS if named and named.isdisjoint(group) for version in group)
     of = {"experiment": experiment, "metric": table["name"], "subjects": subjects, "firmware": others}
-    return tuple(filled(Check, of | bound, f"check on {table['name']}") for bound in bounds if bound)
+    return tuple(filled(Bound, of | bound, f"check on {table['name']}") for bound in bounds if bound)
 
 
 def _metric(
@@ -263,6 +263,6 @@ def _metric(
     metric = filled(Metric, words | own | {"paper": numbers}, f"check on {table['name']}")
     return replace(
         metric,
-        checks=parse_checks(experiment, subjects, table),
+        bounds=parse_bounds(experiment, subjects, table),
         published=tuple(figure for figure in figures if figure.subject in subjects),
     )

@@ -19,12 +19,12 @@ def test_a_group_states_what_differs_and_inherits_the_rest():
     fingers, thumb = parsed(on={"fingers": {}, "thumb_flexor": {"side": "both", "unit": "mK"}})
     assert (fingers.subjects, fingers.unit) == (("index", "middle", "ring", "pinky"), "K")
     assert (thumb.subjects, thumb.unit) == (("thumb_flexor",), "mK")
-    assert [check.side for metric in (fingers, thumb) for check in metric.checks] == ["above", "both"]
+    assert [bound.side for metric in (fingers, thumb) for bound in metric.bounds] == ["above", "both"]
 
 
 def test_several_bounds_share_what_they_do_not_state():
     (metric,) = parsed(bounds=[{"firmware": ["pre"], "side": "both"}, {"firmware": ["0.2.0"]}])
-    assert [(check.firmware, check.side) for check in metric.checks] == [(("pre",), "both"), (("0.2.0",), "above")]
+    assert [(bound.firmware, bound.side) for bound in metric.bounds] == [(("pre",), "both"), (("0.2.0",), "above")]
 
 
 def test_the_papers_numbers_are_those_of_the_subjects():

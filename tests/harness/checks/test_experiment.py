@@ -36,7 +36,7 @@ def test_how_far_each_experiment_goes_is_known():
 def test_another_plan_measures_what_its_check_does_and_has_nothing_of_the_paper(plan, of):
     metrics = EXPERIMENTS[plan].metrics
     assert {metric.name for metric in metrics} <= {metric.name for metric in EXPERIMENTS[of].metrics}
-    assert all(check.experiment == plan for metric in metrics for check in metric.checks)
+    assert all(bound.experiment == plan for metric in metrics for bound in metric.bounds)
     assert not any(metric.column or metric.paper or metric.published or metric.worse for metric in metrics)
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.firmware import FIRMWARE
-from hil.checks import CHECKS, EXPERIMENTS
+from hil.checks import BOUNDS, EXPERIMENTS
 from hil.verdict.findings import MissingReadingError, Why, failed
 from hil.verdict.limits import TABLE as SHIPPED
 from hil.verdict.limits import Limit, compare, limits_text, load_limits, out_of_limits, parse_limits, within_limits
@@ -110,21 +110,21 @@ def test_a_row_of_the_table_becomes_a_limit_and_is_written_as_it_was():
 
 
 def test_the_limits_are_those_of_the_checks():
-    """Change a check or the population, then make the limits again with `python -m train.limits`."""
+    """Change a bound or the population, then make the limits again with `python -m train.limits`."""
     for version in ("pre", "0.1.1", "0.1.2", "0.1.5", "0.2.0"):
-        checks = [check for check in CHECKS if not check.firmware or version in check.firmware]
+        bounds = [bound for bound in BOUNDS if not bound.firmware or version in bound.firmware]
         limits = load_limits(version)
         found = {(limit.experiment, limit.metric, subject): limit for limit in limits for subject in limit.subjects}
-        assert found.keys() == {(check.experiment, check.metric, s) for check in checks for s in check.subjects}
-        for check in checks:
-            for subject in check.subjects:
-                limit = found[check.experiment, check.metric, subject]
-                if check.given:
-                    assert (limit.at_least, limit.at_most) == (check.at_least, check.at_most)
+        assert found.keys() == {(bound.experiment, bound.metric, s) for bound in bounds for s in bound.subjects}
+        for bound in bounds:
+            for subject in bound.subjects:
+                limit = found[bound.experiment, bound.metric, subject]
+                if bound.given:
+                    assert (limit.at_least, limit.at_most) == (bound.at_least, bound.at_most)
                     continue
-                assert math.isinf(limit.at_least) == (check.side == "above"), limit
-                assert math.isinf(limit.at_most) == (check.side == "below"), limit
-                for reading in check.recorded or ():
+                assert math.isinf(limit.at_least) == (bound.side == "above"), limit
+                assert math.isinf(limit.at_most) == (bound.side == "below"), limit
+                for reading in bound.recorded or ():
                     assert limit.at_least < reading < limit.at_most, limit
 
 
@@ -135,14 +135,14 @@ def test_every_computed_limit_rests_on_enough_readings():
 
 def test_no_limit_is_wider_than_its_readings_allow():
     """A limit that was moved by hand is one that no campaign gave."""
-    checks = {(check.experiment, check.metric, check.subjects): check for check in CHECKS}
+    bounds = {(bound.experiment, bound.metric, bound.subjects): bound for bound in BOUNDS}
     for version in ("pre", "0.1.1", "0.1.2", "0.1.5", "0.2.0"):
         for limit in load_limits(version):
-            check = checks[limit.experiment, limit.metric, limit.subjects]
-            if check.given:
+            bound = bounds[limit.experiment, limit.metric, limit.subjects]
+            if bound.given:
                 continue
             low, high = limit.healthy
-            margin = max(resolution(check, limit.firmware), FURTHEST * (high - low))
+            margin = max(resolution(bound, limit.firmware), FURTHEST * (high - low))
             # Limits have three figures, rounded outwards.
             assert math.isinf(limit.at_most) or limit.at_most <= high + margin + 0.011 * abs(high + margin), limit
             assert math.isinf(limit.at_least) or limit.at_least >= low - margin - 0.011 * abs(low - margin), limit

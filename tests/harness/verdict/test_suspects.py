@@ -148,7 +148,7 @@ KEYS = sorted(
     (judged.name, metric.name, subject)
     for judged in JUDGED.values()
     for metric in judged.metrics
-    if metric.checks
+    if metric.bounds
     for subject in metric.subjects
 )
 

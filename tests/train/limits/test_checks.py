@@ -1,10 +1,10 @@
-"""Every check judges a number that exists."""
+"""Every bound judges a number that exists."""
 
-from hil.checks import CHECKS, JUDGED
+from hil.checks import BOUNDS, JUDGED
 
 
 def test_checks_are_on_numbers_that_an_experiment_measures():
-    checked = {(check.experiment, check.metric, subject) for check in CHECKS for subject in check.subjects}
+    checked = {(bound.experiment, bound.metric, subject) for bound in BOUNDS for subject in bound.subjects}
     measured = {
         (experiment.name, metric.name, subject)
         for experiment in JUDGED.values()

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from hil.checks.shared.declaration import Check
+from hil.checks.shared.declaration import Bound
 from train.limits.compute import FALSE_ALARMS, FEWEST, Healthy, _outward, computed_limits, upper_bound
 
 INDEX, RING = ("staircase", "friction", "index"), ("staircase", "friction", "ring")
-BOTH = Check("staircase", "friction", ("index", "ring"), side="both")
-ONE = Check("staircase", "friction", ("index",), side="both")
+BOTH = Bound("staircase", "friction", ("index", "ring"), side="both")
+ONE = Bound("staircase", "friction", ("index",), side="both")
 STEPS = 1.0 * np.arange(100)
 
 
@@ -59,7 +59,7 @@ def test_a_tail_whose_values_differ_by_rounding_alone_is_its_end():
 
 
 def test_a_limit_goes_beyond_many_readings_by_half_their_range_at_most():
-    """Readings of one finger in equal steps from 0 to 99, median 49.5, one check with two sides."""
+    """Readings of one finger in equal steps from 0 to 99, median 49.5, one bound with two sides."""
     (limit,) = computed_limits([ONE], [hands(STEPS)])
     beyond = upper_bound(STEPS - 49.5, FALSE_ALARMS / 2)
     assert beyond < 99
@@ -69,16 +69,16 @@ def test_a_limit_goes_beyond_many_readings_by_half_their_range_at_most():
     assert limit.firmware == ("0.2.0",)
     assert limit.source == "100 readings of healthy hands with such firmware"
     far = np.append(np.zeros(86), 1.1 ** np.arange(15.0))
-    # Two hundred checks leave each a chance so small that the tail goes on for longer than that.
+    # Two hundred bounds leave each a chance so small that the tail goes on for longer than that.
     limit = computed_limits([ONE] * 200, [hands(far)])[0]
     assert limit.at_most == pytest.approx(1.5 * far.max(), abs=0.01)
     assert limit.at_least == _outward(-0.005 * far.max(), -1)
 
 
 def test_all_sides_and_subjects_share_the_false_alarms():
-    """Two checks of two sides and one of one side are five; two fingers halve the share of each."""
-    one_sided = Check("audit", "pull", ("index",), side="above")
-    other = Check("audit", "followed", ("index",), side="both")
+    """Two bounds of two sides and one of one side are five; two fingers halve the share of each."""
+    one_sided = Bound("audit", "pull", ("index",), side="above")
+    other = Bound("audit", "followed", ("index",), side="both")
     pool = hands(STEPS, ring=STEPS)
     readings = dict.fromkeys([("audit", "pull", "index"), ("audit", "followed", "index")], STEPS)
     group = Healthy(pool.firmware, {**pool.population, **readings})
@@ -98,7 +98,7 @@ def test_versions_have_limits_of_their_own_about_their_median_and_share_the_spre
     assert (first.at_most, first.firmware) == (_outward(49.5 + beyond, 1), ("0.2.0",))
     assert (second.at_most, second.firmware) == (_outward(1039.5 + beyond, 1), ("0.1.5",))
     assert second.readings == 80
-    limited = Check("staircase", "friction", ("index",), ("0.1.5",), side="both")
+    limited = Bound("staircase", "friction", ("index",), ("0.1.5",), side="both")
     (only,) = computed_limits([limited], groups)
     assert only.firmware == ("0.1.5",)
 
@@ -124,7 +124,7 @@ def test_a_check_with_few_readings_in_all_is_not_judged():
 
 
 def test_a_bound_that_is_given_is_not_computed():
-    given = Check("session", "restarts", ("hand",), ("0.2.0",), at_most=0.0, at_least=-1.0, source="no restart")
+    given = Bound("session", "restarts", ("hand",), ("0.2.0",), at_most=0.0, at_least=-1.0, source="no restart")
     assert computed_limits([given], []) == ()
 
 
@@ -139,8 +139,8 @@ def test_readings_that_are_not_there_are_left_out():
 
 
 def test_recorded_hands_widen_what_is_healthy():
-    check = Check("staircase", "friction", ("index",), side="both", recorded=(-500.0, 1.0))
-    (limit,) = computed_limits([check], [hands(STEPS)])
+    bound = Bound("staircase", "friction", ("index",), side="both", recorded=(-500.0, 1.0))
+    (limit,) = computed_limits([bound], [hands(STEPS)])
     assert limit.healthy == (-500.0, 99.0)
     assert limit.at_least == _outward(-500.0 * 1.005, -1)
 

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import expon, uniform
 
-from hil.checks.shared.declaration import Check, parse_metric
+from hil.checks.shared.declaration import Bound, parse_metric
 from hil.verdict.limits import limits_text, parse_limits
 from train.limits.compute import FEWEST, Healthy, computed_limits, upper_bound
 
-CHECK = Check("staircase", "take_up", ("index", "ring"), side="both")
+CHECK = Bound("staircase", "take_up", ("index", "ring"), side="both")
 COUNT_MM = 45.26 / 3278
 """One servo count of a finger's cable."""
 VERSIONS = ("0.1.3", "0.1.4", "0.1.5")

@@ -2,10 +2,10 @@
 
 import pytest
 
-from hil.checks import CHECKS
+from hil.checks import BOUNDS
 from train.limits.resolution import resolution
 
-COMPUTED = [check for check in CHECKS if not check.given]
+COMPUTED = [bound for bound in BOUNDS if not bound.given]
 WITHOUT = {"rise_hand_ms", "open_close_rate", "spring_shape"}
 """Interpolated, or a ratio."""
 
@@ -25,10 +25,10 @@ WITHOUT = {"rise_hand_ms", "open_close_rate", "spring_shape"}
     ],
 )
 def test_a_resolution_is_one_count_one_sample_or_one_quantum(metric, subject, expected):
-    check = next(one for one in COMPUTED if one.metric == metric and subject in one.subjects)
-    assert resolution(check, ("0.1.5",)) == pytest.approx(expected, rel=1e-3)
+    bound = next(one for one in COMPUTED if one.metric == metric and subject in one.subjects)
+    assert resolution(bound, ("0.1.5",)) == pytest.approx(expected, rel=1e-3)
 
 
 def test_every_computed_limit_has_one_but_those_of_interpolated_quantities():
-    for check in COMPUTED:
-        assert (resolution(check, ("0.1.5", "0.2.0")) == 0.0) == (check.metric in WITHOUT), check
+    for bound in COMPUTED:
+        assert (resolution(bound, ("0.1.5", "0.2.0")) == 0.0) == (bound.metric in WITHOUT), bound
