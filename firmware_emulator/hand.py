@@ -1,6 +1,7 @@
 """Emulated hand: a plant, seven servos on a bus, and the board, on one clock."""
 
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal, get_args
@@ -30,9 +31,9 @@ SETTLE_S = 1.0
 """Settling time after homing, before the first command to a hand that starts homed, s."""
 
 
-def ideal_zeros(hand: HandSide) -> tuple[float, ...]:
+def ideal_zeros(side: HandSide) -> tuple[float, ...]:
     """Return the encoder readings of an ideal homed hand at shaft angle zero, (7,) counts by servo ID."""
-    config = HANDS[hand]
+    config = HANDS[side]
     return tuple(
         extend - math.copysign(COUNTS_PER_TURN / 360.0, grasp - extend) * angle_deg
         for extend, grasp, angle_deg in zip(config.extend, config.grasp, EXTEND_ANGLE_DEG, strict=True)
@@ -47,7 +48,7 @@ class EmulatedHand:
         plant: Plant,
         *,
         firmware: str = DEFAULT_VERSION,
-        hand: HandSide = "right",
+        side: HandSide = "right",
         servos: ServoParameters = HLS3606M,
         seed: int = 0,
         start: Start = "homed",
@@ -55,13 +56,14 @@ class EmulatedHand:
         encoder_zeros: Sequence[float] | None = None,
         host_latency_s: float = 0.0002,
         program: Path | None = None,
+        hand: HandSide | None = None,
     ) -> None:
         """Connect the electronics to a plant at time zero.
 
         Args:
             plant: mechanics driven by the servos.
             firmware: a version of `firmware.profiles`.
-            hand: side for which the firmware was built.
+            side: side for which the firmware was built.
             servos: parameters of all seven servos.
             seed: seed of all noise.
             start: `homed` is a hand in use: homed one second ago, energised, at rest, without boot text (a program
@@ -72,20 +74,24 @@ class EmulatedHand:
                 when None.
             host_latency_s: delay between a host write and its arrival at the firmware, s (assumption).
             program: executable of `aero-hil firmware build`, run instead of the emulated firmware; `firmware` and
-                `hand` then name the source of the build.
+                `side` then name the source of the build.
+            hand: former name of `side`.
 
         Raises:
             ValueError: an unknown firmware, hand or start, or a wrong number of encoder zeros.
             FirmwareProgramError: the program does not start or does not home.
         """
-        if hand not in HANDS:
-            raise ValueError(f"hand must be one of {', '.join(HANDS)}, got {hand!r}")
+        if hand is not None:
+            warnings.warn("EmulatedHand(hand=...) is now EmulatedHand(side=...)", DeprecationWarning, stacklevel=2)
+            side = hand
+        if side not in HANDS:
+            raise ValueError(f"hand must be one of {', '.join(HANDS)}, got {side!r}")
         if start not in get_args(Start):
             raise ValueError(f"start must be one of {', '.join(get_args(Start))}, got {start!r}")
-        zeros = ideal_zeros(hand) if encoder_zeros is None else tuple(encoder_zeros)
+        zeros = ideal_zeros(side) if encoder_zeros is None else tuple(encoder_zeros)
         if len(zeros) != len(SERVOS):
             raise ValueError(f"encoder_zeros needs {len(SERVOS)} values in wire order, got {len(zeros)}")
-        config = HANDS[hand]
+        config = HANDS[side]
         directions = [1 if config.grasp[servo] > config.extend[servo] else -1 for servo in SERVOS]
         self.chain = ServoChain(
             plant,
@@ -139,9 +145,9 @@ class EmulatedHand:
         else:
             self.board.start(setup_and_loop.run(self.board, cause))
 
-    def flash(self, firmware: str, hand: HandSide) -> None:
+    def flash(self, firmware: str, side: HandSide) -> None:
         """Replace the emulated firmware version and its side, and restart the board."""
-        self._profile, self._config = profile_of(firmware), HANDS[hand]
+        self._profile, self._config = profile_of(firmware), HANDS[side]
         self.reset()
 
     def supply(self, volts: float) -> None:
@@ -191,7 +197,7 @@ class EmulatedHand:
             self.kernel,
             UartMaster(self.bus),
             profile=self._profile,
-            hand=self._config,
+            config=self._config,
             nvs=self._nvs,
             transmit=self._transmit,
             host_latency_s=self.host_latency_s,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aero.channels import CABLES, JOINT_BOX_RAD, Channel, Joint
 from aero.side import Side
 from model.appearance import CABLE_RGBA
-from model.geometry import hand
+from model.geometry import hand_geometry
 from model.geometry.palm import THENAR_GUIDE
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 from model.parameters import STANDARD_GRAVITY, BuiltHandParameters
@@ -66,7 +66,7 @@ def build_built(side: Side = "right", parameters: BuiltHandParameters | None = N
 
 
 def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
-    description = hand(side)
+    description = hand_geometry(side)
     spec = build_skeleton(description, _joint_dynamics(unit))
     spec.modelname = f"aero_built_{side}"
     spec.option.timestep = unit.timestep

@@ -27,14 +27,14 @@ class CubePlant(BuiltHandPlant):
     def __init__(
         self,
         parameters: BuiltHandParameters | None = None,
-        hand: Side = "right",
+        side: Side = "right",
         cube: Cube = CUBE,
         *,
         seed: int = 0,
     ) -> None:
         self._cube = cube
         # Force contacts on, because a unit fitted without an object may have them off.
-        super().__init__(replace(parameters or BuiltHandParameters(), contacts=True), hand, seed=seed)
+        super().__init__(replace(parameters or BuiltHandParameters(), contacts=True), side, seed=seed)
         joint = self._model.joint("cube")
         self._cube_qpos, self._cube_dof = joint.qposadr[0], joint.dofadr[0]
         self._turned = 0.0
@@ -85,8 +85,8 @@ class CubePlant(BuiltHandPlant):
         cube = self._data.qpos[self._cube_qpos : self._cube_qpos + 7]
         return np.concatenate([self._data.qpos[self.compiled.joint_qpos], cube])
 
-    def _spec(self, hand: Side) -> mujoco.MjSpec:
-        spec = super()._spec(hand)
+    def _spec(self, side: Side) -> mujoco.MjSpec:
+        spec = super()._spec(side)
         add_cube(spec, self._cube)
         return spec
 

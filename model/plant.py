@@ -59,11 +59,11 @@ class BuiltHandPlant(Plant):
     caller's time, so drives change exactly on time.
     """
 
-    def __init__(self, parameters: BuiltHandParameters | None = None, hand: Side = "right", *, seed: int = 0) -> None:
+    def __init__(self, parameters: BuiltHandParameters | None = None, side: Side = "right", *, seed: int = 0) -> None:
         """Build the hand; `seed` determines the sheath friction of each motion."""
         self.parameters = parameters or BuiltHandParameters()
-        self._hand: Side = hand
-        self.compiled = CompiledHand(self._spec(hand), self.parameters)
+        self._side: Side = side
+        self.compiled = CompiledHand(self._spec(side), self.parameters)
         self._model = self.compiled.model
         self._data = mujoco.MjData(self._model)
         # Views of MuJoCo's memory, cached because each attribute access creates an array.
@@ -170,7 +170,7 @@ class BuiltHandPlant(Plant):
         if (parameters.contacts, parameters.thenar_radius) != (kept.contacts, kept.thenar_radius):
             raise ValueError("a hand that moves keeps its parts: contacts and thenar_radius cannot change")
         self.parameters = parameters
-        self.compiled = CompiledHand(self._spec(self._hand), parameters)
+        self.compiled = CompiledHand(self._spec(self._side), parameters)
         self._model = self.compiled.model
         for shaft, drive in enumerate(self._asked):
             self.compiled.drive(shaft, drive)
@@ -247,14 +247,14 @@ class BuiltHandPlant(Plant):
 
         `cable_tensions` and `slack` are exact at the current time, but write into MuJoCo's data.
         """
-        hand, data = self.compiled, self._data
+        compiled, data = self.compiled, self._data
         tensions, loose = np.full((2, SHAFTS), np.nan)
-        tensions[list(CABLES)], loose[list(CABLES)] = hand.tensions(data), hand.loose(data)
-        return Glimpse(self._time, data.qpos[hand.joint_qpos], tensions, loose)
+        tensions[list(CABLES)], loose[list(CABLES)] = compiled.tensions(data), compiled.loose(data)
+        return Glimpse(self._time, data.qpos[compiled.joint_qpos], tensions, loose)
 
-    def _spec(self, hand: Side) -> mujoco.MjSpec:
+    def _spec(self, side: Side) -> mujoco.MjSpec:
         """Return the spec to simulate; subclasses add objects around the hand."""
-        return build_built(hand, self.parameters)
+        return build_built(side, self.parameters)
 
     def _sheaths(self) -> NDArray[np.float64]:
         """Return the factors on sheath friction, (6,); each reversal of a cable draws a new factor."""
@@ -273,8 +273,8 @@ class BuiltHandPlant(Plant):
 
     def _sag(self) -> None:
         """Lower the supply by the motors' power, if the change exceeds `NOTICEABLE`."""
-        hand, unit, drawn = self.compiled, self.parameters, 0.0
-        present, back_emf = hand.supply, unit.back_emf
+        compiled, unit, drawn = self.compiled, self.parameters, 0.0
+        present, back_emf = compiled.supply, unit.back_emf
         _, speeds, efforts = self.state()
         for drive, speed, nominal in zip(self._asked, speeds, efforts, strict=True):
             effort, most = present * nominal, drive.current_limit
@@ -285,7 +285,7 @@ class BuiltHandPlant(Plant):
                 drawn += power
         supply = unit.supply_ratio * max(1.0 - unit.supply_sag * drawn, LEAST_SUPPLY)
         if abs(supply - present) > NOTICEABLE:
-            hand.supply_changed(supply)
+            compiled.supply_changed(supply)
 
     def _check(self, shaft: int) -> None:
         if not 0 <= shaft < SHAFTS:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.channels import FINGERS, OBSERVATION_ORDER, Channel
 from aero.side import Side
 from model.appearance import CABLE_RGBA, CABLE_WIDTH
-from model.geometry import hand
+from model.geometry import hand_geometry
 from model.geometry.elements import Around, Cable
 from model.skeleton import build_skeleton, couple, released_dynamics
 
@@ -54,7 +54,7 @@ def build_routed(side: Side = "right") -> mujoco.MjSpec:
     Raises:
         ValueError: `side` is neither `right` nor `left`.
     """
-    description = hand(side)
+    description = hand_geometry(side)
     spec = build_skeleton(description, released_dynamics(description))
     spec.modelname = f"aero_routed_{side}"
     spec.option.timestep = TIMESTEP
@@ -112,8 +112,8 @@ class RoutedHand:
     The initial state, restored by `reset`, is the extended pose at rest under the command for that pose.
     """
 
-    def __init__(self, hand: Side = "right") -> None:
-        self._model = build_routed(hand).compile()
+    def __init__(self, side: Side = "right") -> None:
+        self._model = build_routed(side).compile()
         self._data = mujoco.MjData(self._model)
         # View of MuJoCo's memory, cached because each attribute access creates an array.
         self._sensors = self._data.sensordata

@@ -43,11 +43,11 @@ class JointDynamics:
     """Relaxed angle of the return springs, rad."""
 
 
-def released_dynamics(hand: HandGeometry) -> JointDynamics:
-    """Return the dynamics of the released model's joints, with `hand`'s own damping and stops."""
+def released_dynamics(geometry: HandGeometry) -> JointDynamics:
+    """Return the dynamics of the released model's joints, with `geometry`'s own damping and stops."""
     rotor_inertia, gear_ratio = 0.371e-7, 205.0  # paper, "Numerical considerations"
     damping, upper = np.zeros(len(Joint)), np.zeros(len(Joint))
-    for link in hand.base.walk():
+    for link in geometry.base.walk():
         if link.hinge:
             damping[link.hinge.joint] = link.hinge.damping
             upper[link.hinge.joint] = link.hinge.upper
@@ -61,20 +61,20 @@ def released_dynamics(hand: HandGeometry) -> JointDynamics:
     )
 
 
-def build_skeleton(hand: HandGeometry, dynamics: JointDynamics) -> mujoco.MjSpec:
-    """Return a spec with the bodies, joints, contacts, pulleys and guides of `hand`, without cables."""
+def build_skeleton(geometry: HandGeometry, dynamics: JointDynamics) -> mujoco.MjSpec:
+    """Return a spec with the bodies, joints, contacts, pulleys and guides of `geometry`, without cables."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.option.gravity = (0.0, 0.0, -GRAVITY)
-    _add_link(spec.worldbody, hand.base, dynamics)
-    for first, second in _left_out(hand):
+    _add_link(spec.worldbody, geometry.base, dynamics)
+    for first, second in _left_out(geometry):
         spec.add_exclude(name=f"{first}_{second}", bodyname1=first, bodyname2=second)
     return spec
 
 
-def couple(spec: mujoco.MjSpec, hand: HandGeometry) -> None:
+def couple(spec: mujoco.MjSpec, geometry: HandGeometry) -> None:
     """Add equality constraints to the coupled joints, PIP=DIP on each finger and MCP=IP on the thumb."""
-    for follower, leader in hand.couplings:
+    for follower, leader in geometry.couplings:
         spec.add_equality(
             name=f"{follower.label}_follows",
             type=mujoco.mjtEq.mjEQ_JOINT,
@@ -148,13 +148,13 @@ def _add_pulley(body: mujoco.MjsBody, pulley: Pulley) -> None:
     )
 
 
-def _left_out(hand: HandGeometry) -> list[tuple[str, str]]:
+def _left_out(geometry: HandGeometry) -> list[tuple[str, str]]:
     """Return the pairs of links without contacts: palm and moving links except fingertips, mount and moving links.
 
     Their boxes overlap at the roots of the digits. MuJoCo itself excludes parent and child, and parts both fixed in the
     world.
     """
-    moving = [link for link in hand.base.walk() if link.hinge]
+    moving = [link for link in geometry.base.walk() if link.hinge]
     return [
         *(("mount", link.name) for link in moving),
         *(("palm", link.name) for link in moving if link.links),

@@ -70,7 +70,7 @@ def present(count: int, new: int) -> list[int]:
     return [slot + count * -(-(new - slot) // count) if new > slot else slot for slot in range(count)]
 
 
-def oldest(count: int, new: int, hands: int) -> list[int]:
+def next_slots(count: int, new: int, hands: int) -> list[int]:
     """Return the slots of the next `hands` arrivals (oldest first); `new` have arrived before."""
     return [(new + k) % count for k in range(hands)]
 

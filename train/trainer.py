@@ -30,7 +30,7 @@ from train.environment import (
     prepare_starts,
 )
 from train.evaluation import rollouts
-from train.hand_stock import HandStock, draw_routed, hands_to_measure, oldest, present
+from train.hand_stock import HandStock, draw_routed, hands_to_measure, next_slots, present
 from train.ppo import Learner, NetworkParameters, Ppo, averaged, batched, deployable
 from train.recipe import Recipe
 from train.run_state import (
@@ -433,7 +433,7 @@ class StageRun:
     def _renewed(self, environment: EnvironmentState, new_hands: int, hands: int) -> EnvironmentState:
         """Replace the oldest `hands` after `new_hands` arrivals and start the new ones."""
         count = self._recipe.environments
-        slots = oldest(count, new_hands, hands)
+        slots = next_slots(count, new_hands, hands)
         self._put(slots, present(count, new_hands + hands))
         with self._simulator.part(slots, self._threads) as scenes:
             rng = np.random.default_rng((*self._seed, _RENEWED, new_hands))

@@ -58,7 +58,7 @@ def steps() -> Rows:
 def _step(firmware: str, channel: Channel) -> Response:
     """Step one bare shaft from the middle of its window and watch it every millisecond for half a second."""
     bench = Bench()
-    electronics = EmulatedHand(bench, firmware=firmware, hand="right", seed=0)
+    electronics = EmulatedHand(bench, firmware=firmware, side="right", seed=0)
     clock = electronics.clock
     hand = AeroHand(InProcessLink(electronics), clock)
     goal = np.full(len(Channel), 32768)

@@ -28,24 +28,24 @@ HOST, BUS, STORE = "host", "servo bus", "storage"
 class Contender:
     """Firmware to compare: an emulated version, or a program."""
 
-    hand: HandSide
+    side: HandSide
     version: str = DEFAULT_VERSION
     program: Path | None = None
     servos: ServoParameters = HLS3606M
     """Parameters of the emulated servos that the firmware drives."""
 
 
-def contender(name: str, hand: HandSide) -> Contender:
+def contender(name: str, side: HandSide) -> Contender:
     """Return the firmware named by a version or by the path of a program.
 
     Raises:
         ValueError: the name is neither a version nor an executable file.
     """
     if name in PROFILES:
-        return Contender(hand, version=name)
+        return Contender(side, version=name)
     if not (Path(name).is_file() and os.access(name, os.X_OK)):
         raise ValueError(f"{name!r} is neither a version ({', '.join(PROFILES)}) nor a program of `firmware build`")
-    return Contender(hand, program=Path(name))
+    return Contender(side, program=Path(name))
 
 
 @dataclass
@@ -80,7 +80,7 @@ class _NotedNvs(Nvs):
 
     def store(self, key: str, value: int) -> None:
         super().store(key, value)
-        self._stage.trace.add(STORE, self._stage.hand.kernel.now, f"{key}={value}".encode())
+        self._stage.trace.add(STORE, self._stage.electronics.kernel.now, f"{key}={value}".encode())
 
 
 class Stage:
@@ -90,19 +90,19 @@ class Stage:
         """Prepare a session for `run`."""
         self.trace = BoardTrace()
         self._damages: list[Damage] = []
-        self._plant = stopped_shafts(firmware.hand) if session.stops else Bench()
-        self.hand = EmulatedHand(
+        self._plant = stopped_shafts(firmware.side) if session.stops else Bench()
+        self.electronics = EmulatedHand(
             self._plant,
             firmware=firmware.version,
-            hand=firmware.hand,
+            side=firmware.side,
             start="bare",
             program=firmware.program,
             servos=firmware.servos,
             nvs=_NotedNvs(self, session.stored),
         )
-        self._all = list(self.hand.bus.servos)
-        self.hand.bus.tap = self
-        self.hand.on_transmit = self._heard
+        self._all = list(self.electronics.bus.servos)
+        self.electronics.bus.tap = self
+        self.electronics.on_transmit = self._heard
         self._heard_bytes = 0
         self._now_us = 0
         self._session = session
@@ -110,18 +110,18 @@ class Stage:
     def run(self) -> BoardTrace:
         """Run the session to its end and return the recorded output."""
         try:
-            self.hand.kernel.spawn(self._watch_shafts())
+            self.electronics.kernel.spawn(self._watch_shafts())
             self._do(Reset(self._session.start))
             for step in self._session.steps:
                 self._do(step)
         finally:
-            self.hand.close()
+            self.electronics.close()
         self.trace.registers = [_registers(servo) for servo in self._all]
         return self.trace
 
     def asked(self, data: bytes) -> None:
         """Record a packet from the board to the servos."""
-        self.trace.add(BUS, self.hand.kernel.now, data)
+        self.trace.add(BUS, self.electronics.kernel.now, data)
 
     def answered(self, data: bytes) -> bytes:
         """Return an answer with the next scheduled damage applied."""
@@ -136,7 +136,7 @@ class Stage:
     def _do(self, step: Step) -> None:
         match step:
             case Send(data):
-                self.hand.receive(data)
+                self.electronics.receive(data)
             case Wait(microseconds):
                 self._advance(microseconds)
             case Await(count, longest_s):
@@ -144,32 +144,32 @@ class Stage:
                 while self._heard_bytes < wanted and self._now_us < limit:
                     self._advance(10_000)
             case Reset(cause):
-                self.hand.reset(cause)
+                self.electronics.reset(cause)
             case Damage():
                 self._damages.append(step)
             case Servos(present):
-                self.hand.bus.servos[:] = [self._all[servo] for servo in present]
+                self.electronics.bus.servos[:] = [self._all[servo] for servo in present]
             case Heat(servo, celsius):
                 self._all[servo].heat_to(celsius)
 
     def _advance(self, microseconds: int) -> None:
         self._now_us += microseconds
-        self.hand.kernel.run_until(self._now_us / 1e6)
+        self.electronics.kernel.run_until(self._now_us / 1e6)
 
     def _heard(self, data: bytes) -> None:
         self._heard_bytes += len(data)
-        self.trace.add(HOST, self.hand.kernel.now, data)
+        self.trace.add(HOST, self.electronics.kernel.now, data)
 
     def _watch_shafts(self) -> Task:
         while True:
-            self.hand.advance_plant()
+            self.electronics.advance_plant()
             self.trace.angles.append(tuple(math.degrees(angle) for angle in self._plant.angles()))
-            yield self.hand.kernel.now + SAMPLE_S
+            yield self.electronics.kernel.now + SAMPLE_S
 
 
-def stopped_shafts(hand: HandSide) -> Bench:
+def stopped_shafts(side: HandSide) -> Bench:
     """Return seven bare shafts with the end stops of the hand's channels."""
-    config = HANDS[hand]
+    config = HANDS[side]
     shafts = [BenchShaft()] * len(SERVOS)
     for servo, shaft in enumerate(SHAFT_OF_SERVO):
         span = abs(config.grasp[servo] - config.extend[servo]) * 360.0 / 4096

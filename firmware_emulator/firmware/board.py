@@ -26,14 +26,14 @@ _BLOCK = Struct("<HH3xB5xH")
 class Window:
     """Open and closed end of each channel's travel, counts by servo ID; only the open ends are stored in NVS."""
 
-    def __init__(self, hand: HandConfig, nvs: Nvs) -> None:
-        self.extend = [nvs.extend(channel, baseline) for channel, baseline in enumerate(hand.extend)]
-        self.grasp = list(hand.grasp)
+    def __init__(self, config: HandConfig, nvs: Nvs) -> None:
+        self.extend = [nvs.extend(channel, baseline) for channel, baseline in enumerate(config.extend)]
+        self.grasp = list(config.grasp)
 
-    def reset(self, hand: HandConfig) -> None:
+    def reset(self, config: HandConfig) -> None:
         """Restore the window that is compiled in."""
-        self.extend[:] = hand.extend
-        self.grasp[:] = hand.grasp
+        self.extend[:] = config.extend
+        self.grasp[:] = config.grasp
 
     def shift(self, channel: int, counts: int) -> None:
         """Move both ends of a channel's window by `counts`."""
@@ -103,7 +103,7 @@ class Board:
         uart: UartMaster,
         *,
         profile: FirmwareProfile,
-        hand: HandConfig,
+        config: HandConfig,
         nvs: Nvs,
         transmit: Callable[[bytes], None],
         host_latency_s: float,
@@ -112,11 +112,11 @@ class Board:
         self.kernel = kernel
         self.uart = uart
         self.profile = profile
-        self.hand = hand
+        self.config = config
         self.nvs = nvs
         self.transmit = transmit
         self.lock = Mutex(kernel)
-        self.window = Window(hand, nvs)
+        self.window = Window(config, nvs)
         self.speed = [profile.speed] * CHANNELS
         self.torque = [profile.torque] * CHANNELS
         self.mode = POSITION

@@ -44,7 +44,7 @@ def home(board: Board) -> Task:
     """Home all channels and store the extend values, holding the bus lock up to the last move."""
     plan = board.profile.homing
     yield from board.lock.take()
-    board.window.reset(board.hand)
+    board.window.reset(board.config)
     for group in plan.groups:
         yield from _Group(board, plan, group).run()
     for channel in plan.final:
@@ -64,11 +64,11 @@ def assume_homed(board: Board) -> Task:
     Stored extend values are kept: they are the result of an earlier homing and later trims.
     """
     plan = board.profile.homing
-    board.window.reset(board.hand)
+    board.window.reset(board.config)
     for channel, steps in enumerate(plan.steps):
         for step in steps:
             if isinstance(step, ShiftWindow):
-                board.window.shift(channel, step.counts * board.hand.direction[channel])
+                board.window.shift(channel, step.counts * board.config.direction[channel])
         board.window.extend[channel] = board.nvs.extend(channel, board.window.extend[channel])
         yield from _open_limits(board, channel)
         yield from unlock(board.uart, channel)
@@ -120,7 +120,7 @@ class _Group:
                 return
 
     def _push(self, channel: int) -> Task:
-        beyond = BEYOND_COUNTS * self.board.hand.direction[channel]
+        beyond = BEYOND_COUNTS * self.board.config.direction[channel]
         yield from _go(self.board, channel, beyond, replace(self._plan.search, torque=self._plan.thresholds[channel]))
 
     def _meets(self, channel: int) -> Task:
@@ -147,10 +147,10 @@ class _Group:
             case ReadPosition():
                 self._position[channel] = yield from read_signed(board.uart, channel, "present_position")
             case ShiftWindow(counts):
-                board.window.shift(channel, counts * board.hand.direction[channel])
+                board.window.shift(channel, counts * board.config.direction[channel])
 
     def _target(self, channel: int, to: HomingTarget) -> int:
-        window, direction = self.board.window, self.board.hand.direction[channel]
+        window, direction = self.board.window, self.board.config.direction[channel]
         return {
             HomingTarget.CONTACT: self._position[channel],
             HomingTarget.GRASP: window.grasp[channel],

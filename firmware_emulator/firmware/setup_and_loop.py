@@ -64,12 +64,12 @@ def _setup(board: Board, cause: ResetCause) -> Task:
     yield from _pause(board, USB_START_MS)
     yield from _pause(board, profile.setup_pause_ms)
     if profile.hand_line:
-        _print(board, f"[BOOT] Hand Type: {board.hand.label}\r\n")
+        _print(board, f"[BOOT] Hand Type: {board.config.label}\r\n")
     yield from _home_on_boot(board, cause)
     if profile.pings:
         yield from _report_pings(board)
     if profile.direction_lines:
-        for servo, direction in zip(SERVOS, board.hand.direction, strict=True):
+        for servo, direction in zip(SERVOS, board.config.direction, strict=True):
             _print(board, f"Servo {servo} dir={direction}\n")
 
 

@@ -77,15 +77,15 @@ class VirtualLink:
 class InProcessLink(VirtualLink):
     """Byte stream to an `EmulatedHand`."""
 
-    def __init__(self, emulated_hand: EmulatedHand, name: str = "emulated") -> None:
+    def __init__(self, electronics: EmulatedHand, name: str = "emulated") -> None:
         """Connect to a hand; its earlier, unread output can be read first."""
-        super().__init__(emulated_hand.kernel, emulated_hand.receive, name)
-        self._hand = emulated_hand
-        self._received += emulated_hand.take_output()
-        emulated_hand.on_transmit = self.arrive
+        super().__init__(electronics.kernel, electronics.receive, name)
+        self._electronics = electronics
+        self._received += electronics.take_output()
+        electronics.on_transmit = self.arrive
 
     def close(self) -> None:
         """Disconnect from the hand, which buffers its output again; a second call does nothing."""
         if not self._closed:
-            self._hand.on_transmit = self._hand.keep
+            self._electronics.on_transmit = self._electronics.keep
         super().close()

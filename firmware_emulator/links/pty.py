@@ -101,7 +101,7 @@ class PtyServer(Closing):
 
     def __init__(
         self,
-        emulated_hand: EmulatedHand,
+        electronics: EmulatedHand,
         *,
         link: Path | None = None,
         bus_link: Path | None = None,
@@ -111,7 +111,7 @@ class PtyServer(Closing):
         """Open the terminals; `run` starts serving.
 
         Args:
-            emulated_hand: hand to serve.
+            electronics: hand to serve.
             link: symbolic link to create for the board's terminal.
             bus_link: symbolic link to create for a terminal on the servo bus; None for no terminal.
             bus_port: serial port (device path or pyserial URL) of the servo bus; start the hand `bare`, so that only
@@ -127,25 +127,25 @@ class PtyServer(Closing):
         """Observers of the bytes on the board's terminal; one that raises is removed."""
         self.on_late: Callable[[float], object] = lambda _late_s: None
         """Called with the delay (s) when the board runs behind schedule; below 1 ms on an idle computer."""
-        self._hand = emulated_hand
+        self._electronics = electronics
         self._takers: dict[End, Callable[[bytes], object]] = {}
         with ExitStack() as opened:
             self._link = link
             self._away_until: float | None = None
             self._host = Terminal(link)
             opened.callback(self._host.close)
-            self._takers[self._host] = emulated_hand.receive
+            self._takers[self._host] = electronics.receive
             self._network = None if listen is None else NetworkPort(*listen, self._reset_by_lines)
             if self._network is not None:
                 opened.callback(self._network.close)
-                self._takers[self._network] = emulated_hand.receive
+                self._takers[self._network] = electronics.receive
             self._bus = Terminal(bus_link) if bus_link is not None else None
             if self._bus is not None:
                 opened.callback(self._bus.close)
-                self._takers[self._bus] = put_on_bus(emulated_hand.bus, self._bus)
+                self._takers[self._bus] = put_on_bus(electronics.bus, self._bus)
             if bus_port is not None:
                 port = SerialPort(bus_port)
-                self._takers[port] = put_on_bus(emulated_hand.bus, port)
+                self._takers[port] = put_on_bus(electronics.bus, port)
             opened.pop_all()
 
     @property
@@ -160,10 +160,10 @@ class PtyServer(Closing):
 
     def run(self, stop: Callable[[], bool]) -> None:
         """Serve in real time until `stop()`, polled at least every 50 ms, returns true."""
-        kernel = self._hand.kernel
-        self._hand.on_transmit = self._transmit
-        self._hand.on_reset = self._went_away
-        if unread := self._hand.take_output():
+        kernel = self._electronics.kernel
+        self._electronics.on_transmit = self._transmit
+        self._electronics.on_reset = self._went_away
+        if unread := self._electronics.take_output():
             self._host.write(unread)
         serve(kernel, self._takers, self._take, stop, after=self._come_back, on_late=self.on_late)
 
@@ -173,27 +173,27 @@ class PtyServer(Closing):
             end.close()
 
     def _reset_by_lines(self, download: bool) -> None:
-        self._hand.reset("reset", download=download)
+        self._electronics.reset("reset", download=download)
 
     def _went_away(self, cause: ResetCause) -> None:
         """Close the port after a loss of power; USB stays connected during every other reset."""
         if cause not in REENUMERATES:
             return
-        self._hand.on_transmit = self._hand.keep
-        self._away_until = self._hand.kernel.now + ENUMERATION_S
+        self._electronics.on_transmit = self._electronics.keep
+        self._away_until = self._electronics.kernel.now + ENUMERATION_S
         if self._network is not None:
             self._network.hang_up()
         if self._takers.pop(self._host, None) is not None:  # else already closed
             self._host.close()
 
     def _come_back(self) -> None:
-        if self._away_until is None or self._hand.kernel.now < self._away_until:
+        if self._away_until is None or self._electronics.kernel.now < self._away_until:
             return
         self._away_until = None
         self._host = Terminal(self._link)
-        self._takers[self._host] = self._hand.receive
-        self._hand.on_transmit = self._transmit
-        if unread := self._hand.take_output():
+        self._takers[self._host] = self._electronics.receive
+        self._electronics.on_transmit = self._transmit
+        if unread := self._electronics.take_output():
             self._host.write(unread)
 
     def _take(self, end: End) -> None:
@@ -205,7 +205,7 @@ class PtyServer(Closing):
         self._takers[end](data)
 
     def _note(self, direction: Literal[">", "<"], data: bytes) -> None:
-        entry = (self._hand.kernel.now, direction, data)
+        entry = (self._electronics.kernel.now, direction, data)
         for listener in tuple(self.listeners):
             try:
                 listener(entry)

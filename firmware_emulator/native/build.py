@@ -88,7 +88,7 @@ def build(
     out: Path,
     *,
     library: Path | None = None,
-    hand: str | None = None,
+    side: str | None = None,
     sanitize: Iterable[str] = (),
     defines: Sequence[str] = (),
 ) -> Compiler:
@@ -101,7 +101,7 @@ def build(
         source: folder of the sketch.
         out: program file to write.
         library: folder of the servo library, FTServo_Arduino; None if the sketch contains the library.
-        hand: `right` or `left`, overrides the choice in `HandConfig.h`; None keeps the choice.
+        side: `right` or `left`, overrides the choice in `HandConfig.h`; None keeps the choice.
         sanitize: subset of `SANITIZERS`; the program stops at the first error with file and line.
         defines: additional macros for the sketch, `NAME` or `NAME=VALUE`.
 
@@ -115,12 +115,12 @@ def build(
         folder = Path(scratch)
         # Arguments are checked first, so that their errors are reported even without a compiler.
         try:
-            units = translated(source, folder / "sketch", hand=hand)
+            units = translated(source, folder / "sketch", side=side)
         except SketchError as error:
             raise FirmwareBuildError(str(error)) from error
         library_root = [] if library is None else [_root(library)]
         compiler = choose(wanted)
-        own = [f"-D{macro}" for macro in (*defines, *([f"{hand.upper()}_HAND"] if hand else []))]
+        own = [f"-D{macro}" for macro in (*defines, *([f"{side.upper()}_HAND"] if side else []))]
         options = [*compiler.options, *STANDARD, *(f"-D{macro}" for macro in DEFINES), *_checks(wanted)]
         roots = [HOST, *library_root]
         includes = [f"-I{root}" for root in (*roots, folder / "sketch", folder / "sketch/src")]

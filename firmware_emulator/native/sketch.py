@@ -18,7 +18,7 @@ class SketchError(Exception):
     """Folder without a sketch; the message names the expected files."""
 
 
-def translated(source: Path, into: Path, *, hand: str | None) -> list[Path]:
+def translated(source: Path, into: Path, *, side: str | None) -> list[Path]:
     """Convert a sketch folder to C++ in a new folder; return the units to compile.
 
     Every file starts with a `#line`, so that compilers and sanitizers report the user's file and line.
@@ -26,7 +26,7 @@ def translated(source: Path, into: Path, *, hand: str | None) -> list[Path]:
     Args:
         source: folder of the sketch, or its `.ino` file.
         into: output folder.
-        hand: `right` or `left` removes the choice in `HandConfig.h`; the compiler's command line then makes it.
+        side: `right` or `left` removes the choice in `HandConfig.h`; the compiler's command line then makes it.
 
     Raises:
         SketchError: the folder contains nothing to compile.
@@ -39,7 +39,7 @@ def translated(source: Path, into: Path, *, hand: str | None) -> list[Path]:
     units = []
     for path in sorted(_sources(folder)):
         text = path.read_text(encoding="utf-8-sig")
-        if hand is not None and path.name == "HandConfig.h":
+        if side is not None and path.name == "HandConfig.h":
             text = re.sub(r"^([ \t]*)#define[ \t]+(?:RIGHT|LEFT)_HAND\b[^\n]*", r"\1", text, flags=re.M)
         copy = into / path.relative_to(folder)
         copy.parent.mkdir(parents=True, exist_ok=True)

@@ -48,7 +48,7 @@ _LOG = logging.getLogger(__name__)
 @click.option("--prompt", is_flag=True, help="Accept acts on standard input even if it is not a terminal.")
 def emulate(
     *,
-    hand: HandSpec,
+    spec: HandSpec,
     link: Path | None,
     bus_link: Path | None,
     bus_port: str | None,
@@ -66,8 +66,8 @@ def emulate(
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
-            hand = replace(hand, target="pty", faults=tuple(map(parse_fault, faults)))
-            served = ServedHand(hand, state=state, link=link, bus_link=bus_link, bus_port=bus_port, listen=listen)
+            spec = replace(spec, target="pty", faults=tuple(map(parse_fault, faults)))
+            served = ServedHand(spec, state=state, link=link, bus_link=bus_link, bus_port=bus_port, listen=listen)
         electronics, server = served.electronics, served.server
 
         def tell(text: str, severity: Literal["info", "error"]) -> None:
@@ -84,16 +84,16 @@ def emulate(
             return bool(stopped)
 
         delays = DelayLog()
-        page = viewing(view, hand, stay=False, on_words=hands_on.put)
+        page = viewing(view, spec, stay=False, on_words=hands_on.put)
         recorded = link_recorded(
-            record, target=server.name, unit=served.unit.name, firmware=hand.firmware, hand=hand.side, seed=hand.seed,
+            record, target=server.name, unit=served.unit.name, firmware=spec.firmware, side=spec.side, seed=spec.seed,
             delays=delays,
         )  # fmt: skip
         with recorded as file, server, closing(electronics), page as observer:
             server.on_late = partial(_late, delays, observer)
             if file is not None:
                 server.listeners.append(partial(_record, file))
-            codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
+            codec = ActuationMap.for_firmware(spec.firmware, hand=spec.side)
             observer.follow(EmulatedSource(electronics, served.workbench.mechanics, codec))
             if server.url is not None:
                 echo(f"also {server.url}")

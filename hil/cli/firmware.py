@@ -30,7 +30,7 @@ def firmware() -> None:
     "--library", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder of FTServo_Arduino."
 )
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Program file to write.")
-@click.option("--hand", type=click.Choice(["right", "left"]), help="Side of the hand; overrides HandConfig.h.")
+@click.option("--hand", "side", type=click.Choice(["right", "left"]), help="Side of the hand; overrides HandConfig.h.")
 @click.option("--define", "defines", multiple=True, metavar="NAME[=VALUE]", help="Additional macro; repeatable.")
 @click.option(
     "--sanitize", default="", metavar="LIST", help="Sanitizers: address, undefined or both; stop at the first error."
@@ -40,7 +40,7 @@ def build_command(
     source: Path,
     library: Path | None,
     out: Path,
-    hand: str | None,
+    side: str | None,
     defines: tuple[str, ...],
     sanitize: str,
 ) -> None:
@@ -52,7 +52,7 @@ def build_command(
         prepared_file(out)
     sanitizers = [name.strip() for name in sanitize.split(",") if name.strip()]
     try:
-        compiler = build(source, out, library=library, hand=hand, sanitize=sanitizers, defines=defines)
+        compiler = build(source, out, library=library, side=side, sanitize=sanitizers, defines=defines)
     except FirmwareBuildError as error:
         raise Ended(str(error), Exit.USAGE) from error
     echo(f"{out} made with {compiler.command[-1] if len(compiler.command) == 1 else 'zig c++'}")
@@ -63,7 +63,9 @@ def build_command(
 @firmware.command("compare")
 @click.argument("first")
 @click.argument("second")
-@click.option("--hand", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side of both.")
+@click.option(
+    "--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side of both."
+)
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the sessions.")
 @click.option("--only", multiple=True, type=click.Choice(list(MAKERS)), help="Run only these sessions; repeatable.")
 @click.option("--write", type=click.Path(path_type=Path), help="Record the output of SECOND in a file NAME.jsonl.xz.")
@@ -71,7 +73,7 @@ def compare_command(
     *,
     first: str,
     second: str,
-    hand: Side,
+    side: Side,
     seed: int,
     only: tuple[str, ...],
     write: Path | None,
@@ -90,11 +92,11 @@ def compare_command(
             if not write.name.endswith(ENDING):
                 raise ValueError(f"--write {write}: name the file *{ENDING}")
             prepared_file(write)
-        one = contender(first, hand)
+        one = contender(first, side)
         rounds = (
             _recorded_rounds(Path(second), only)
             if second.endswith(ENDING)
-            else _seeded_rounds(contender(second, hand), seed, only)
+            else _seeded_rounds(contender(second, side), seed, only)
         )
     try:
         for name, kind, session, other in rounds:

@@ -31,12 +31,12 @@ AnyFunction = Callable[..., Any]
 FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, repeatable; `aero-hil faults` lists the names."
 
 
-def open_hand(hand: HandSpec, **fields: Any) -> AbstractContextManager[Target]:
+def open_hand(spec: HandSpec, **fields: Any) -> AbstractContextManager[Target]:
     """Return a hand as a context manager, with `fields` replaced; see `hil.open_target`."""
     from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
 
     with usage_errors():
-        return _unwound(open_target(hand, **fields))
+        return _unwound(open_target(spec, **fields))
 
 
 @contextmanager
@@ -152,7 +152,7 @@ TARGET = click.option(
 
 
 def emulation(command: AnyFunction) -> AnyFunction:
-    """Add the options of an emulated hand, passed to the command as one `hand: HandSpec`."""
+    """Add the options of an emulated hand, passed to the command as one `spec: HandSpec`."""
 
     def with_hand(*, firmware: str, side: Side, unit: str, seed: int, **others: Any) -> Any:
         with usage_errors():
@@ -164,7 +164,7 @@ def emulation(command: AnyFunction) -> AnyFunction:
                 seed=seed,
                 firmware_program=others.pop("firmware_program", None),
             )
-        return command(hand=chosen, **others)
+        return command(spec=chosen, **others)
 
     wrapped: AnyFunction = update_wrapper(with_hand, command)
     decorators = (

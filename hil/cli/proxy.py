@@ -31,13 +31,13 @@ def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], record: Path
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
-            hand = HandSpec.named(port)
+            spec = HandSpec.named(port)
             schedule = Schedule(map(parse_fault, faults))
         try:
-            transport = SerialTransport.open(hand.target)
+            transport = SerialTransport.open(spec.target)
         except ConnectionError as error:
             raise Ended(str(error), Exit.NO_HAND) from error
-        recorded = link_recorded(record, target=hand.target, unit=PHYSICAL, firmware=hand.firmware, hand=hand.side)
+        recorded = link_recorded(record, target=spec.target, unit=PHYSICAL, firmware=spec.firmware, side=spec.side)
         with closing(transport), recorded as file, ExitStack() as opened:
             with usage_errors():
                 between = opened.enter_context(closing(LinkProxy(transport, schedule, link=link)))

@@ -57,7 +57,7 @@ CODES = {Ending.TIME: Exit.WITHIN_LIMITS, Ending.OVERRUN: Exit.HOST_BUSY, Ending
 def run_policy(
     *,
     policy_name: str,
-    hand: HandSpec,
+    spec: HandSpec,
     seconds: float,
     dry_run: bool,
     wait: float,
@@ -78,25 +78,25 @@ def run_policy(
     computer was too slow; docs/commands.md lists the other codes.
     """
     console = new_console()
-    holds_cube = hand.target == "emulated" and not (dry_run or empty)
+    holds_cube = spec.target == "emulated" and not (dry_run or empty)
     with usage_errors():
         policy = find_policy(policy_name)
-        whose = correction_name if correction_name is not None else hand.twin or TYPICAL
+        whose = correction_name if correction_name is not None else spec.twin or TYPICAL
         correction = tuple(named_correction(whose, policy.settings).tolist())
         settings = RunSettings(seconds=seconds, wait_s=wait, dry=dry_run, correction=correction)
         if record is not None:
             prepared_file(record)
     console.print(_correction_line(whose, settings.correction))
-    if hand.target == "pty":
+    if spec.target == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")
-    with viewing(view, hand) as observer:
-        with open_hand(hand, guarded=True, cube=CUBE if holds_cube else None) as opened:
+    with viewing(view, spec) as observer:
+        with open_hand(spec, guarded=True, cube=CUBE if holds_cube else None) as opened:
             observer.follow(source_of(opened))
             console.print(_before_moving(opened, policy, settings))
             most_a = opened.guard.thresholds.current_a if opened.guard else math.inf
             truth = opened.find(GroundTruth)
             plant = None if truth is None else truth.plant
-            cube = CubeWatch(plant, hand.seed) if isinstance(plant, CubePlant) else None
+            cube = CubeWatch(plant, spec.seed) if isinstance(plant, CubePlant) else None
             result = _recorded(
                 opened,
                 record,

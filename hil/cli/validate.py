@@ -47,7 +47,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     "--out", type=NewFolder(),
     help="Folder of report, metrics and recordings; default: validation/DATE-AND-TIME.",
 )  # fmt: skip
-def validate(*, hand: HandSpec, baseline: Path | None, zeros: str, **options: Any) -> None:
+def validate(*, spec: HandSpec, baseline: Path | None, zeros: str, **options: Any) -> None:
     """Check a hand: completeness, motion, agreement with the simulator.
 
     Recordings are written during the run, so that any ending keeps the results so far. Exits with 0 if everything is
@@ -55,4 +55,4 @@ def validate(*, hand: HandSpec, baseline: Path | None, zeros: str, **options: An
     """
     from hil.cli.validation_run import run  # noqa: PLC0415 - help is quick
 
-    run(hand, baseline=baseline or hand.baseline, homed=zeros == "homed", **options)
+    run(spec, baseline=baseline or spec.baseline, homed=zeros == "homed", **options)

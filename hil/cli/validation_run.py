@@ -69,7 +69,7 @@ class RunProgress:
 
 
 def run(
-    hand: HandSpec,
+    spec: HandSpec,
     *,
     names: Sequence[str],
     baseline: Path | None,
@@ -85,12 +85,12 @@ def run(
     with usage_errors():
         if baseline is not None:
             load(baseline)
-        opening = open_hand(hand, homed=homed, faults=[parse_fault(text) for text in faults])
+        opening = open_hand(spec, homed=homed, faults=[parse_fault(text) for text in faults])
         folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced")
     result: Validation | None = None
-    with asking(asker, hand) as observer:
+    with asking(asker, spec) as observer:
         try:
             asks = any(EXPERIMENTS[name].asks for name in names)
             # an animated bar would overwrite the questions

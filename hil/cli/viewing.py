@@ -15,7 +15,7 @@ from hil.view.frame import Heading
 @contextmanager
 def viewing(
     wanted: bool,
-    hand: HandSpec,
+    spec: HandSpec,
     *,
     stay: bool = True,
     asks: bool = False,
@@ -27,7 +27,7 @@ def viewing(
 
     Args:
         wanted: True if `--view` was given.
-        hand: the command's hand.
+        spec: the command's hand.
         stay: True to serve the page after the command until the browser closes it; in a terminal also until a first
             browser has opened it, or Ctrl-C.
         asks: True if `on_words` accepts answers of the user and Stop, False if it accepts acts.
@@ -37,7 +37,7 @@ def viewing(
     try:
         if wanted:
             acts = on_words is not None and not asks
-            feed = Feed(Heading(hand.describe(), hand.side, live=True, hands_on=acts, asks=asks), on_words)
+            feed = Feed(Heading(spec.describe(), spec.side, live=True, hands_on=acts, asks=asks), on_words)
     except ChildError as error:
         echo(f"{error}; the hand runs without it", err=True)
     if feed is None:

@@ -65,16 +65,16 @@ class HandAssembly:
         self._between: list[ShaftFault] = []
         self._mechanics: BuiltHandPlant | None = None
         self._nearest: Plant | None = None
-        self._hand: EmulatedHand | None = None
+        self._electronics: EmulatedHand | None = None
 
     def build_mechanics(self, plant: BuiltHandPlant, rewire: Callable[[Plant], Plant] | None) -> None:
         """Set the mechanics of the unit; `rewire` wraps them in a plant that faults do not see."""
         self._mechanics = plant
         self._nearest = plant if rewire is None else rewire(plant)
 
-    def connect(self, hand: EmulatedHand) -> None:
+    def connect(self, electronics: EmulatedHand) -> None:
         """Set the electronics, which now drive the shafts."""
-        self._hand = hand
+        self._electronics = electronics
 
     @property
     def mechanics(self) -> BuiltHandPlant:
@@ -89,19 +89,19 @@ class HandAssembly:
         return self._between[-1] if self._between else self._nearest
 
     @property
-    def hand(self) -> EmulatedHand:
+    def electronics(self) -> EmulatedHand:
         """Electronics of the hand, asserted to be connected."""
-        assert self._hand is not None, "the electronics are not there yet"
-        return self._hand
+        assert self._electronics is not None, "the electronics are not there yet"
+        return self._electronics
 
     def now(self) -> float:
         """Return the present time of the electronics, s."""
-        return self.hand.kernel.now
+        return self.electronics.kernel.now
 
     @property
     def is_running(self) -> bool:
         """True if the electronics are connected."""
-        return self._hand is not None
+        return self._electronics is not None
 
     def changed(self, change: Change) -> Active:
         """Return the handle of a parameter change; `begin` also updates the mechanics, if built."""
@@ -146,7 +146,7 @@ class HandAssembly:
     def flash(self, firmware: str, side: HandSide) -> None:
         """Flash a firmware for a side on the board, which restarts."""
         self.firmware, self.board_side = firmware, side
-        self.hand.flash(firmware, side)
+        self.electronics.flash(firmware, side)
 
     def supply_left(self) -> float:
         """Return the present supply voltage under load, as a fraction of nominal."""
@@ -157,8 +157,8 @@ class HandAssembly:
 
     def advance(self) -> None:
         """Advance the mechanics to the present time of the electronics."""
-        if self._hand is not None:
-            self._hand.advance_plant()
+        if self._electronics is not None:
+            self._electronics.advance_plant()
 
     def _rebuild(self) -> None:
         self.advance()
@@ -169,5 +169,5 @@ class HandAssembly:
             self._mechanics.become(self.unit.hand)
 
     def _reconnect(self) -> None:
-        if self._hand is not None:
-            self._hand.chain.shafts.connect(self.shafts)
+        if self._electronics is not None:
+            self._electronics.chain.shafts.connect(self.shafts)

@@ -25,32 +25,32 @@ def _event(
 ) -> Inject:
 
     def inject(assembly: HandAssembly, fault: Injection) -> Active:
-        clear = None if undo is None else lambda: undo(assembly.hand, fault)
-        return Active(lambda: act(assembly.hand, fault), clear)
+        clear = None if undo is None else lambda: undo(assembly.electronics, fault)
+        return Active(lambda: act(assembly.electronics, fault), clear)
 
     return inject
 
 
-def _restart(hand: EmulatedHand, fault: Injection) -> None:
-    hand.reset("reset")
+def _restart(electronics: EmulatedHand, fault: Injection) -> None:
+    electronics.reset("reset")
 
 
-def _forget(hand: EmulatedHand, fault: Injection) -> None:
-    board = _emulated(hand, fault)
+def _forget(electronics: EmulatedHand, fault: Injection) -> None:
+    board = _emulated(electronics, fault)
     for key, _ in board.nvs.items():
         board.nvs.forget(key)
-    _restart(hand, fault)
+    _restart(electronics, fault)
 
 
-def _trim(hand: EmulatedHand, fault: Injection, *, way: int) -> None:
-    board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.where)
+def _trim(electronics: EmulatedHand, fault: Injection, *, way: int) -> None:
+    board, servo = _emulated(electronics, fault), WIRE_ORDER.index(fault.where)
     board.window.extend[servo] += way * round(fault.severity)
     board.nvs.store_extend(servo, board.window.extend[servo])
 
 
-def _centre(hand: EmulatedHand, fault: Injection, *, homes: bool) -> None:
+def _centre(electronics: EmulatedHand, fault: Injection, *, homes: bool) -> None:
     """Run CALIBRATE_MID on the board as if requested by another program, which took the acknowledgement."""
-    board, servo = _emulated(hand, fault), WIRE_ORDER.index(fault.where)
+    board, servo = _emulated(electronics, fault), WIRE_ORDER.index(fault.where)
 
     def task() -> Task:
         yield from board.lock.take()
@@ -62,10 +62,10 @@ def _centre(hand: EmulatedHand, fault: Injection, *, homes: bool) -> None:
     board.start(task())
 
 
-def _emulated(hand: EmulatedHand, fault: Injection) -> Board:
-    if not isinstance(hand.board, Board):
+def _emulated(electronics: EmulatedHand, fault: Injection) -> Board:
+    if not isinstance(electronics.board, Board):
         raise ValueError(f"{fault} cannot be injected into a firmware program; leave out the program or the fault")
-    return hand.board
+    return electronics.board
 
 
 def _runs(version: str) -> Inject:

@@ -125,12 +125,12 @@ def _spoiled(spoil: Spoil) -> Inject:
 
     def inject(assembly: HandAssembly, fault: Injection) -> Active:
         def begin() -> None:
-            if not isinstance(assembly.hand.bus.tap, SpoiledAnswers):
-                assembly.hand.bus.tap = SpoiledAnswers(assembly.hand.kernel, assembly.fire)
-            assembly.hand.bus.tap.add(fault, spoil, assembly.random(fault))
+            if not isinstance(assembly.electronics.bus.tap, SpoiledAnswers):
+                assembly.electronics.bus.tap = SpoiledAnswers(assembly.electronics.kernel, assembly.fire)
+            assembly.electronics.bus.tap.add(fault, spoil, assembly.random(fault))
 
         def clear() -> None:
-            if isinstance(tap := assembly.hand.bus.tap, SpoiledAnswers):
+            if isinstance(tap := assembly.electronics.bus.tap, SpoiledAnswers):
                 tap.remove(fault)
 
         return Active(begin, clear)

@@ -27,7 +27,7 @@ Tell = Callable[[str], object]
 
 def bend(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:
     """Start to push a digit closed, then open; `tell` receives its travel and the state of its cable at the end."""
-    joints, mechanics, kernel = list(JOINTS[channel]), assembly.mechanics, assembly.hand.kernel
+    joints, mechanics, kernel = list(JOINTS[channel]), assembly.mechanics, assembly.electronics.kernel
     start = mechanics.joint_angles()[joints]
     reached: list[float] = []
 
@@ -63,7 +63,7 @@ def cable_words(assembly: HandAssembly, channel: Channel) -> str:
 
 def turn(assembly: HandAssembly, channel: Channel, tell: Tell) -> None:
     """Start to turn a spool in the closing direction with servo torque off; `tell` receives the angle at the end."""
-    servo, mechanics, kernel = servo_of(assembly.hand, channel), assembly.mechanics, assembly.hand.kernel
+    servo, mechanics, kernel = servo_of(assembly.electronics, channel), assembly.mechanics, assembly.electronics.kernel
     servo.write(servo.model.places["torque_enable"].address, b"\0")
     start, begun = float(mechanics.angles()[channel]), kernel.now
 

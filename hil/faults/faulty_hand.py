@@ -23,7 +23,7 @@ class FaultyHand(EmulatedHand):
     """Electronics with link faults and, optionally, firmware for the other side."""
 
     def __init__(
-        self, plant: Plant, *, link_faults: LinkFaults, board_side: HandSide, hand: HandSide, **settings: Any
+        self, plant: Plant, *, link_faults: LinkFaults, board_side: HandSide, side: HandSide, **settings: Any
     ) -> None:
         """Connect the electronics to a plant.
 
@@ -31,12 +31,12 @@ class FaultyHand(EmulatedHand):
             plant: mechanics behind the servos.
             link_faults: active faults of the link.
             board_side: side of the board's firmware.
-            hand: side of the hand.
+            side: side of the hand.
             settings: further arguments of `EmulatedHand`.
         """
         self.link_faults = link_faults
         self._board_side = board_side
-        super().__init__(plant, hand=hand, **settings)
+        super().__init__(plant, side=side, **settings)
         link_faults.say = self.say
 
     def receive(self, data: bytes) -> None:
@@ -60,10 +60,10 @@ class FaultyHand(EmulatedHand):
             else:
                 self.kernel.call_at(t, arrive, piece)
 
-    def flash(self, firmware: str, hand: HandSide) -> None:
+    def flash(self, firmware: str, side: HandSide) -> None:
         """Flash an emulated firmware for a side on the board, and restart the board."""
-        self._board_side = hand
-        super().flash(firmware, hand)
+        self._board_side = side
+        super().flash(firmware, side)
 
     def _new_board(self) -> Board | ProgramBoard:
         self._config = HANDS[self._board_side]
@@ -75,7 +75,7 @@ def build_faulty(
     schedule: Schedule,
     *,
     firmware: str,
-    hand: HandSide,
+    side: HandSide,
     seed: int,
     start: Start = "homed",
     nvs: Nvs | None = None,
@@ -89,7 +89,7 @@ def build_faulty(
         unit: parameters of the healthy hand.
         schedule: faults to be injected; start times count from the ready hand.
         firmware: declared version.
-        hand: side of the hand.
+        side: side of the hand.
         seed: seed of the noise and of the friction of each motion.
         start: state of the board, as for `EmulatedHand`.
         nvs: stored memory of the board.
@@ -102,10 +102,10 @@ def build_faulty(
     """
     if program is not None:
         refuse_in_a_program(schedule.faults)
-    assembly = HandAssembly(unit, firmware=firmware, side=hand, random=schedule.random, fire=schedule.fire)
+    assembly = HandAssembly(unit, firmware=firmware, side=side, random=schedule.random, fire=schedule.fire)
     workbench = Workbench(assembly, schedule)
     workbench.build(AssemblyStage.BUILDING)
-    plant = BuiltHandPlant(assembly.unit.hand, hand, seed=seed) if mechanics is None else mechanics(assembly.unit)
+    plant = BuiltHandPlant(assembly.unit.hand, side, seed=seed) if mechanics is None else mechanics(assembly.unit)
     assembly.build_mechanics(plant, rewire)
     workbench.build(AssemblyStage.SHAFTS)
     electronics = FaultyHand(
@@ -113,7 +113,7 @@ def build_faulty(
         link_faults=assembly.link,
         servos=assembly.unit.servos,
         firmware=assembly.firmware,
-        hand=hand,
+        side=side,
         board_side=assembly.board_side,
         seed=seed,
         start=start,

@@ -54,7 +54,7 @@ def seen_of_cable(assembly: HandAssembly, wound: Iterable[Channel], channel: Cha
 def odd_on_bus(assembly: HandAssembly) -> tuple[str, ...]:
     """Return sentences on the IDs that do not answer a bus adapter or answer twice."""
     answering = []
-    for servo in assembly.hand.servos:
+    for servo in assembly.electronics.servos:
         if servo.silent_until <= assembly.now() and servo.memory.get("baud") == servo.model.places["baud"].default:
             own, other = servo.memory.get("id"), servo.memory.get("secondary_id")
             answering += [own, *([other] if other not in (own, NOT_SET) else [])]

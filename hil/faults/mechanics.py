@@ -97,7 +97,7 @@ def _all_servos(field: str, per_unit: float) -> Inject:
         def retimed(act: Callable[[], object]) -> None:
             act()
             if assembly.is_running:
-                assembly.hand.chain.retime(assembly.unit.servos)
+                assembly.electronics.chain.retime(assembly.unit.servos)
 
         return Active(lambda: retimed(active.begin), lambda: retimed(active.undo))
 

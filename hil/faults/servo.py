@@ -21,9 +21,9 @@ COOL_C = 30.0
 """Temperature of a servo after cooling, °C."""
 
 
-def servo_of(hand: EmulatedHand, channel: Channel) -> Servo:
+def servo_of(electronics: EmulatedHand, channel: Channel) -> Servo:
     """Return the servo that was built in at a channel."""
-    return hand.servos[WIRE_ORDER.index(channel)]
+    return electronics.servos[WIRE_ORDER.index(channel)]
 
 
 def store(servo: Servo, register: str, value: int) -> None:
@@ -38,7 +38,7 @@ def stored(register: str, value: Callable[[int, float], int]) -> Inject:
     """Return an injector that stores a wrong register value; `value` maps the right one and the severity to it."""
 
     def inject(assembly: HandAssembly, fault: Injection) -> Active:
-        servo = servo_of(assembly.hand, fault.where)
+        servo = servo_of(assembly.electronics, fault.where)
         right = servo.memory.get(register)
         return Active(
             lambda: store(servo, register, value(right, fault.severity)), lambda: store(servo, register, right)
@@ -49,7 +49,7 @@ def stored(register: str, value: Callable[[int, float], int]) -> Inject:
 
 def _exchange(assembly: HandAssembly, fault: Injection) -> Active:
     neighbour = (THUMB_ID_NEIGHBOUR | {f: NEIGHBOUR[f] for f in FINGERS[:3]})[fault.where]
-    one, other = servo_of(assembly.hand, fault.where), servo_of(assembly.hand, neighbour)
+    one, other = servo_of(assembly.electronics, fault.where), servo_of(assembly.electronics, neighbour)
 
     def exchange() -> None:
         first, second = one.id, other.id
@@ -60,19 +60,19 @@ def _exchange(assembly: HandAssembly, fault: Injection) -> Active:
 
 
 def _double(assembly: HandAssembly, fault: Injection) -> Active:
-    servos = assembly.hand.servos
+    servos = assembly.electronics.servos
     at = WIRE_ORDER.index(fault.where)
     right, wrong = servos[at].id, servos[(at + 1) % len(servos)].id
     return Active(lambda: store(servos[at], "id", wrong), lambda: store(servos[at], "id", right))
 
 
 def _missing(assembly: HandAssembly, fault: Injection) -> Active:
-    servo = servo_of(assembly.hand, fault.where)
+    servo = servo_of(assembly.electronics, fault.where)
     return Active(lambda: setattr(servo, "silent_until", math.inf), lambda: setattr(servo, "silent_until", -1.0))
 
 
 def _hot(assembly: HandAssembly, fault: Injection) -> Active:
-    servo = servo_of(assembly.hand, fault.where)
+    servo = servo_of(assembly.electronics, fault.where)
     return Active(lambda: servo.heat_to(fault.severity), lambda: servo.heat_to(COOL_C))
 
 

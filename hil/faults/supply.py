@@ -69,13 +69,13 @@ class Sagging(ShaftFault):
         """Apply the sagged supply voltage to the servos; brown the board out below its minimum."""
         if not self._assembly.is_running:
             return
-        hand = self._assembly.hand
+        electronics = self._assembly.electronics
         volts = self._assembly.unit.servos.voltage * self.supply_left
-        hand.supply(volts)
+        electronics.supply(volts)
         if self._feeds_board and not self._browned_out and volts < BROWN_OUT_V:
             self._browned_out = True
             # Deferred, because a reset inside a step of the plant would change the drives under integration.
-            hand.kernel.call_at(hand.kernel.now, hand.reset, "brown_out")
+            electronics.kernel.call_at(electronics.kernel.now, electronics.reset, "brown_out")
         elif volts > RECOVERED_V:
             self._browned_out = False
 

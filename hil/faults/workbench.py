@@ -61,9 +61,9 @@ class Workbench:
         return self.assembly.mechanics
 
     @property
-    def hand(self) -> EmulatedHand:
+    def electronics(self) -> EmulatedHand:
         """Electronics of the hand."""
-        return self.assembly.hand
+        return self.assembly.electronics
 
     @property
     def present(self) -> tuple[Injection, ...]:
@@ -93,7 +93,7 @@ class Workbench:
 
     def start(self) -> None:
         """Schedule the faults with a start time, counted from now."""
-        kernel = self.hand.kernel
+        kernel = self.electronics.kernel
         for fault in self._schedule.faults:
             if fault.at_s:
                 kernel.call_at(kernel.now + fault.at_s, self._begin, fault)
@@ -140,13 +140,13 @@ class Workbench:
     def exchange_servos(self, one: Channel, other: Channel) -> str:
         """Exchange two servos and set their IDs: servo faults move along, digit faults stay."""
         self._exchange(Part.SERVO, one, other)
-        self.hand.reset("power_on")
+        self.electronics.reset("power_on")
         return self._note(f"exchanged the servos of {one.label} and {other.label}, and set their IDs; home the hand")
 
     def exchange_plugs(self, one: Channel, other: Channel) -> str:
         """Exchange the bus plugs of two servos: faults of a plug or its wire move along."""
         self._exchange(Part.BUS, one, other)
-        self.hand.reset("power_on")
+        self.electronics.reset("power_on")
         return self._note(f"exchanged the bus plugs of {one.label} and {other.label}")
 
     def _exchange(self, part: Part, one: Channel, other: Channel) -> None:
@@ -231,7 +231,7 @@ class Workbench:
         Raises:
             ValueError: the board runs a firmware program; only its own driver can home it.
         """
-        board = self.hand.board
+        board = self.electronics.board
         if not isinstance(board, Board):
             raise ValueError("a firmware program is homed by a driver")
         board.start(home(board))
@@ -240,15 +240,15 @@ class Workbench:
     def power_off(self) -> str:
         """Switch off board and servos."""
         self._powered = False
-        self.hand.board.stop()
-        for servo in self.hand.servos:
+        self.electronics.board.stop()
+        for servo in self.electronics.servos:
             servo.write(servo.model.places["torque_enable"].address, b"\0")
         return self._note("switched off")
 
     def power_on(self) -> str:
         """Switch on board and servos; the restart takes some seconds."""
         self._powered = True
-        self.hand.reset("power_on")
+        self.electronics.reset("power_on")
         return self._note("switched on")
 
     def replace(self, part: Part, channel: Channel | None = None) -> str:
@@ -266,7 +266,7 @@ class Workbench:
         if part is Part.SETUP:
             self.let_go()
         if part not in BEFORE_THE_BOARD:
-            self.hand.reset("power_on")
+            self.electronics.reset("power_on")
         return self._note(f"replaced: {part.value}{'' if channel is None else f' of {channel.label}'}")
 
     def bend(self, channel: Channel) -> str:
@@ -300,7 +300,7 @@ class Workbench:
         """Flash the declared firmware: clears faults of the board's program, keeps those of its hardware."""
         for fault in [one for one in self._present if one.fault.layer in FLASHED]:
             self._take(fault)
-        self.hand.reset("power_on")
+        self.electronics.reset("power_on")
         return self._note("flashed the board")
 
     def set_aside(self, *parts: Part) -> None:
@@ -349,6 +349,6 @@ class Workbench:
                 self._put(replace(fault, channel=there))
 
     def _note(self, text: str) -> str:
-        self.done.append((self.hand.kernel.now, text))
+        self.done.append((self.electronics.kernel.now, text))
         _LOG.info("%s", text)
         return text

@@ -44,7 +44,7 @@ class WireFile:
         target: str,
         unit: str,
         firmware: str,
-        hand: Side,
+        side: Side,
         seed: int = 0,
         delays: DelayLog | None = None,
         on_failure: Callable[[CannotBeWrittenError], object] = lambda _error: None,
@@ -57,7 +57,7 @@ class WireFile:
             target: name of the hand's port.
             unit: unit of the hand.
             firmware: firmware version of the hand.
-            hand: side of the hand.
+            side: side of the hand.
             seed: seed of an emulated hand's noise.
             delays: delays of the emulated board, written at the end.
             on_failure: called once, at the first write error.
@@ -65,7 +65,7 @@ class WireFile:
         Raises:
             CannotBeWrittenError: the file cannot be created.
         """
-        codec = ActuationMap.for_firmware(firmware, hand=hand)
+        codec = ActuationMap.for_firmware(firmware, hand=side)
         self._path = path
         self._on_failure = on_failure
         self._delays = delays
@@ -76,7 +76,7 @@ class WireFile:
         self._header = Header(
             experiment=SESSION,
             target=target,
-            hand=hand,
+            hand=side,
             firmware=firmware,
             map=codec.coefficients.name,
             window=codec.window.name,

@@ -160,15 +160,15 @@ def _timestamp(header: Header, t: float) -> Timestamp:
     return Timestamp(seconds=seconds, nanos=nanos)
 
 
-def scene(hand: PosedHand, at: Timestamp) -> SceneUpdate:
+def scene(posed: PosedHand, at: Timestamp) -> SceneUpdate:
     """Return the shapes of a hand without cables, each in the frame of its body."""
-    by_body = groupby(hand.parts(), key=lambda part: part.body)
+    by_body = groupby(posed.parts(), key=lambda part: part.body)
     return SceneUpdate(entities=[_entity(body, list(parts), at) for body, parts in by_body])
 
 
-def frames(hand: PosedHand, joints: ArrayLike, at: Timestamp) -> FrameTransforms:
+def frames(posed: PosedHand, joints: ArrayLike, at: Timestamp) -> FrameTransforms:
     """Pose the hand at joint angles, (16,) rad, and return the frames of all bodies."""
-    hand.pose(joints)
+    posed.pose(joints)
     transforms = [
         FrameTransform(
             timestamp=at,
@@ -177,7 +177,7 @@ def frames(hand: PosedHand, joints: ArrayLike, at: Timestamp) -> FrameTransforms
             translation=_vector(position),
             rotation=_quaternion(quaternion),
         )
-        for body, position, quaternion in hand.frames()
+        for body, position, quaternion in posed.frames()
     ]
     return FrameTransforms(transforms=transforms)
 

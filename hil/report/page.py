@@ -27,7 +27,7 @@ from hil.report.measured import MeasuredNumber, readings_of
 from hil.report.plots import Plot, drawable, packed, whole, with_samples
 from hil.verdict.case import CaseState, DiagnosisCase
 from hil.verdict.case_words import asked, conclusion, outcome_text, why
-from hil.verdict.findings import Finding, Why, failed
+from hil.verdict.findings import Finding, NotJudgedReason, failed
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.parts import Part, listed
 from hil.verdict.run_end import EndKind
@@ -248,8 +248,8 @@ def _shown(validation: Validation, seen: Mapping[Finding, Evidence]) -> Iterable
 
 def withheld_lines(validation: Validation) -> dict[str, list[str]]:
     """Return lines on withheld checks by reason, the reason being that of the longest delay of a kind."""
-    found: dict[Why, dict[str, list[str]]] = {}
-    reasons: dict[Why, str] = {}
+    found: dict[NotJudgedReason, dict[str, list[str]]] = {}
+    reasons: dict[NotJudgedReason, str] = {}
     for one in sorted(validation.withheld, key=lambda one: one.held_up_s):
         reasons[one.why] = one.reason
         subjects = found.setdefault(one.why, {}).setdefault(f"{one.words} ({one.experiment})", [])

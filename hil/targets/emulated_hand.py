@@ -47,7 +47,7 @@ def build_emulated(
         unit,
         schedule or Schedule(seed=spec.seed),
         firmware=spec.firmware,
-        hand=side,
+        side=side,
         seed=spec.seed,
         start=start,
         nvs=nvs,
@@ -59,8 +59,8 @@ def build_emulated(
 
 def host_link(workbench: Workbench) -> Transport:
     """Return the driver's end of the link to a hand in this process, with its host faults."""
-    hand = workbench.hand
-    return ProgramEnd(InProcessLink(hand), hand.clock, workbench.assembly)
+    electronics = workbench.electronics
+    return ProgramEnd(InProcessLink(electronics), electronics.clock, workbench.assembly)
 
 
 class LateHost(Passing):
@@ -77,7 +77,9 @@ class LateHost(Passing):
         super().write(data)
 
 
-def found_as(conditions: Conditions, link: Transport, clock: Clock, *, settable: bool, seed: int) -> Transport:
+def with_initial_conditions(
+    conditions: Conditions, link: Transport, clock: Clock, *, settable: bool, seed: int
+) -> Transport:
     """Wrap the link with the host jitter of `conditions`, and write the servo limits of an earlier program.
 
     The hand does not move. `settable` is True if the firmware accepts limits; `seed` is that of the jitter.

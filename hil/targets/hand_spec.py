@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self, get_args
 
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
 from aero.side import Side
-from hil.targets.hands_file import IN_SOFTWARE, fields_of
+from hil.targets.hands_file import EMULATED_TARGETS, fields_of
 
 if TYPE_CHECKING:
     from aero.safety import Thresholds
@@ -118,7 +118,7 @@ class HandSpec:
     @property
     def in_software(self) -> bool:
         """True for an emulated hand."""
-        return self.target in IN_SOFTWARE
+        return self.target in EMULATED_TARGETS
 
     @property
     def guard(self) -> Thresholds | None:

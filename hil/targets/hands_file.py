@@ -18,7 +18,7 @@ from aero.whole_file import write_whole
 from aero_hil_toml import filled, meant, parsed
 
 FILE = "hands.toml"
-IN_SOFTWARE = ("emulated", "pty")
+EMULATED_TARGETS = ("emulated", "pty")
 """Targets that are emulated hands."""
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 PORT = re.compile(r"[/\\]|://|^COM\d+$", re.IGNORECASE)
@@ -54,7 +54,7 @@ def fields_of(target: str) -> Fields:
     Raises:
         ValueError: an error in a file, or neither a known name nor an existing port.
     """
-    if target in IN_SOFTWARE or PORT.search(target):
+    if target in EMULATED_TARGETS or PORT.search(target):
         return {"target": target}
     known: dict[str, Fields] = {}
     for path in files():
@@ -65,7 +65,7 @@ def fields_of(target: str) -> Fields:
         return {"target": target}
     there = f"{', '.join(known)} of {FILE}" if known else f"no name, as there is no {FILE} here"
     raise ValueError(
-        f"no hand is called {target!r}; {meant(target, [*known, *IN_SOFTWARE])}"
+        f"no hand is called {target!r}; {meant(target, [*known, *EMULATED_TARGETS])}"
         f"known are `emulated`, `pty`, the path or pyserial URL of a port "
         f"(/dev/ttyACM0, COM3, socket://HOST:PORT), and {there}"
     )
@@ -125,7 +125,7 @@ def _hand(path: Path, name: str, table: Any) -> Fields:
 
 
 def _may_name(name: str) -> bool:
-    return bool(NAME.fullmatch(name)) and name not in IN_SOFTWARE and not PORT.search(name)
+    return bool(NAME.fullmatch(name)) and name not in EMULATED_TARGETS and not PORT.search(name)
 
 
 def refuse_taken(name: str, path: Path = Path(FILE)) -> None:

@@ -97,17 +97,17 @@ class HandsOn:
 
     def _command(self, line: str) -> None:
         """Move one channel; the others keep their present goals, whoever commanded them."""
-        hand = self._workbench.hand
+        electronics = self._workbench.electronics
         channel, percent = channel_and_percent(line)
-        if hand.kernel.now - self._heard < IDLE_S:
+        if electronics.kernel.now - self._heard < IDLE_S:
             raise ValueError("a program commands the hand; the page may when it has been silent for 2 s")
-        now = hand.kernel.now
+        now = electronics.kernel.now
         if now - self._sent_at > ARRIVES_S:
-            words = hand.commanded_words()
+            words = electronics.commanded_words()
             self._codes = [words[WIRE_ORDER.index(one)] for one in Channel]
         self._codes[channel] = round(percent / 100.0 * MAX_CODE)
         self._sent_at = now
-        hand.receive(make_positions(self._codes))
+        electronics.receive(make_positions(self._codes))
 
     def _read(self) -> None:
         """Queue typed lines; skipped in the background, where reading the terminal would stop the process."""

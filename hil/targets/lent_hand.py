@@ -11,7 +11,7 @@ from hil.faults.bench import BenchState, HandBench
 from hil.faults.catalogue import parse_fault
 from hil.targets.delays import Waits
 from hil.targets.hand_spec import HandSpec
-from hil.targets.hands_file import IN_SOFTWARE
+from hil.targets.hands_file import EMULATED_TARGETS
 from hil.targets.target import GroundTruth, Target
 
 REST_WAIT_S = 0.2
@@ -55,7 +55,7 @@ def left_out(marks: Collection[str], option: Any, target: Target | None, failed:
     real_time = target is None or target.real_time
     truth = target is None or target.find(GroundTruth) is not None
     reasons = {
-        NOT_EMULATED: "fault" in marks and option.aero_hil not in IN_SOFTWARE,
+        NOT_EMULATED: "fault" in marks and option.aero_hil not in EMULATED_TARGETS,
         f"this hand failed {failed}; mend that first, or choose another hand with --hil": failed,
         "moves the hand; run without --hil-still": "moves" in marks and option.aero_hil_still,
         "drives the hand into its stops; run with --hil-homing": (

@@ -21,7 +21,7 @@ from hil.faults.bench import HandBench
 from hil.faults.schedule import Schedule
 from hil.faults.workbench import Workbench
 from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
-from hil.targets.emulated_hand import build_emulated, found_as, host_link
+from hil.targets.emulated_hand import build_emulated, host_link, with_initial_conditions
 from hil.targets.hand_spec import HOMINGS, PHYSICAL, HandSpec
 from hil.targets.pty_process import serve_in_child
 from hil.targets.target import GroundTruth, NoHandError, Target
@@ -94,10 +94,10 @@ def _emulated(opening: Opening) -> Iterator[Target]:
 @contextmanager
 def in_process(opening: Opening, workbench: Workbench, link: Transport) -> Iterator[Target]:
     """Yield the target of an emulated hand in this process, reached by `link`."""
-    spec, electronics = opening.spec, workbench.hand
+    spec, electronics = opening.spec, workbench.electronics
     clock = electronics.clock
     settable = firmware_of(spec.firmware).settings is not None
-    found = found_as(spec.conditions or Conditions(), link, clock, settable=settable, seed=spec.seed)
+    found = with_initial_conditions(spec.conditions or Conditions(), link, clock, settable=settable, seed=spec.seed)
     wire = WireLog(found, clock)
     with _drive(wire, clock, opening) as hand:
         for _ in range(HOMINGS if spec.homed else 0):

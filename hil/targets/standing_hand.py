@@ -23,13 +23,13 @@ class StandingHand:
             ValueError: an unknown unit, or a fault that cannot be injected into this hand.
         """
         self.spec, unit, schedule = spec, unit_named(spec.unit), Schedule(spec.faults, spec.seed)
-        self.hand, self.workbench = build_emulated(unit, spec, schedule=schedule)
+        self.electronics, self.workbench = build_emulated(unit, spec, schedule=schedule)
         self._opening = Opening(spec, unit, schedule)
 
     @property
     def clock(self) -> Clock:
         """Clock of the hand."""
-        return self.hand.clock
+        return self.electronics.clock
 
     @contextmanager
     def open(self) -> Iterator[Target]:
@@ -46,4 +46,4 @@ class StandingHand:
 
     def close(self) -> None:
         """Stop the emulation."""
-        self.hand.close()
+        self.electronics.close()

@@ -47,7 +47,7 @@ class Finding:
         return f"{where[0].upper()}{where[1:]}: {self.name} {self.measured}, should be {self.expected}"
 
 
-class Why(Enum):
+class NotJudgedReason(Enum):
     """Reason why a reading was not judged; values are phrases for sentences."""
 
     HELD_UP = "this computer was held up"
@@ -72,14 +72,14 @@ class Withheld:
     subject: str
     words: str
     """Display name of the metric."""
-    why: Why
+    why: NotJudgedReason
     held_up_s: float = 0.0
-    """Scheduling delay of this computer, s; 0 unless the reason is `Why.HELD_UP`."""
+    """Scheduling delay of this computer, s; 0 unless the reason is `NotJudgedReason.HELD_UP`."""
 
     @property
     def reason(self) -> str:
         """Reason as a phrase for sentences."""
-        return self.why.value + (f" for {1e3 * self.held_up_s:.0f} ms" if self.why is Why.HELD_UP else "")
+        return self.why.value + (f" for {1e3 * self.held_up_s:.0f} ms" if self.why is NotJudgedReason.HELD_UP else "")
 
     @property
     def sentence(self) -> str:

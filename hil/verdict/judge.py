@@ -23,7 +23,7 @@ from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, experiments_that_failed
 from hil.verdict.diagnosis import Diagnosis, NextStep, command_again, command_of_case
 from hil.verdict.failures import HANDS_FAULT, Failures
-from hil.verdict.findings import Finding, Why, Withheld, failed
+from hil.verdict.findings import Finding, NotJudgedReason, Withheld, failed
 from hil.verdict.firmware_version import reads_as
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
@@ -118,7 +118,7 @@ class Judge:
             meant = any(not bound.firmware or self._firmware in bound.firmware for bound in metric.bounds)
             for subject in metric.subjects if meant else ():
                 if (metric.name, subject) not in known and reading(measured, subject, metric.name) is not None:
-                    yield Withheld(measuring.name, metric.name, subject, metric.words, Why.NO_LIMIT)
+                    yield Withheld(measuring.name, metric.name, subject, metric.words, NotJudgedReason.NO_LIMIT)
 
     def judged(self, run: Validation, folder: Path | None = None) -> Validation:
         """Return the run with judged experiments and session, and with the findings about the run as a whole.
@@ -179,19 +179,19 @@ Late = Callable[[str, Metric], float]
 """Scheduling delay, s, that affected a metric of a subject."""
 
 
-def _late_samples(measuring: Experiment, recording: Recording) -> Why | None:
+def _late_samples(measuring: Experiment, recording: Recording) -> NotJudgedReason | None:
     """Return the reason why samples of a recording may be late, or None if all were on time."""
     if recording.header.target != ON_VIRTUAL_TIME or recording.delays:
-        return Why.LATE_THROUGHOUT
+        return NotJudgedReason.LATE_THROUGHOUT
     # In virtual time only the link, or a plan of delays, makes samples late.
     late = np.diff(recording["codes"].times) > measuring.period_s + IN_STEP_S
-    return Why.LATE_SAMPLES if late.any() else None
+    return NotJudgedReason.LATE_SAMPLES if late.any() else None
 
 
 def _without_bytes(judged: Result) -> Result:
     """Return the judged bytes where some recording has none: failures stay, passes become unknown."""
     unknown = [
-        Withheld(one.experiment, one.check, one.subject, one.name, Why.NO_BYTES)
+        Withheld(one.experiment, one.check, one.subject, one.name, NotJudgedReason.NO_BYTES)
         for one in judged.findings
         if one.passed
     ]
@@ -257,7 +257,7 @@ def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path |
     def speaks(finding: Finding) -> bool:
         return finding.subject in explained or finding == run.end.finding
 
-    still = {one.subject for one in run.withheld if one.why is Why.NO_MOTION}
+    still = {one.subject for one in run.withheld if one.why is NotJudgedReason.NO_MOTION}
     off = failed(run.findings)
     ran = sorted(run.results.items(), key=lambda one: one[1].recording.header.started)
     recordings = {name: result.recording for name, result in ran}

@@ -17,7 +17,7 @@ from hil.checks import BOUNDS, Measured, Measuring
 from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.subjects import SUBJECTS
-from hil.verdict.findings import Finding, MissingReadingError, Why, Withheld
+from hil.verdict.findings import Finding, MissingReadingError, NotJudgedReason, Withheld
 
 TABLE = resources.files("hil") / "data" / "limits.csv"
 COLUMNS = (
@@ -189,7 +189,7 @@ def compare(
     measured: Measured,
     limits: tuple[Limit, ...],
     late: Callable[[str, Metric], float],
-    late_samples: Why | None = None,
+    late_samples: NotJudgedReason | None = None,
 ) -> tuple[tuple[Finding, ...], tuple[Withheld, ...]]:
     """Compare the readings of an experiment or a whole run with their limits.
 
@@ -217,7 +217,9 @@ def compare(
             elif finding is None and metric.optional:
                 continue
             elif seconds:
-                withheld.append(Withheld(limit.experiment, limit.metric, subject, metric.words, Why.HELD_UP, seconds))
+                withheld.append(
+                    Withheld(limit.experiment, limit.metric, subject, metric.words, NotJudgedReason.HELD_UP, seconds)
+                )
             elif late_samples is not None and metric.samples_in_time:
                 withheld.append(Withheld(limit.experiment, limit.metric, subject, metric.words, late_samples))
             else:

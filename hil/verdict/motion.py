@@ -9,7 +9,7 @@ from hil.checks import JUDGED, Measured
 from hil.checks.shared.declaration import MotionRole
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.subjects import CHANNELS
-from hil.verdict.findings import Finding, Why, Withheld
+from hil.verdict.findings import Finding, NotJudgedReason, Withheld
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit
 
@@ -60,6 +60,6 @@ def without_motion(run: Validation, still: Collection[Channel]) -> Validation:
 
 def _kept(result: Result, applies: Callable[[Finding], bool]) -> Result:
     gone = [finding for finding in result.findings if not applies(finding)]
-    more = tuple(Withheld(one.experiment, one.check, one.subject, one.name, Why.NO_MOTION) for one in gone)
+    more = tuple(Withheld(one.experiment, one.check, one.subject, one.name, NotJudgedReason.NO_MOTION) for one in gone)
     kept = tuple(finding for finding in result.findings if applies(finding))
     return replace(result, findings=kept, withheld=(*result.withheld, *more)) if gone else result

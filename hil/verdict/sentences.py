@@ -6,7 +6,7 @@ from aero.driver import CURRENT_A_PER_UNIT
 from hil.checks import JUDGED
 from hil.checks.shared.declaration import EvidenceKind, MotionRole
 from hil.checks.shared.subjects import subject_words
-from hil.verdict.findings import Finding, Why, failed
+from hil.verdict.findings import Finding, NotJudgedReason, failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.motion import role_of
 
@@ -24,7 +24,7 @@ def channel_sentences(run: Validation) -> tuple[str, ...]:
     suspected = {channel.label for channel in run.diagnosis.channels}
     strongest = {subject: sorted(found, key=strength, reverse=True) for subject, found in of.items()}
     order = sorted(of, key=lambda subject: (subject not in suspected, -strength(strongest[subject][0])))
-    still = {one.subject for one in run.withheld if one.why is Why.NO_MOTION}
+    still = {one.subject for one in run.withheld if one.why is NotJudgedReason.NO_MOTION}
     groups: dict[object, list[str]] = {}
     for subject in order:
         checks = {finding.check for finding in of[subject]}

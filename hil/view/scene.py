@@ -85,9 +85,9 @@ class DrawnHand:
         if client.camera.aspect < 1.0:
             client.camera.position, client.camera.look_at = NARROW * self._mirror
 
-    def _draw(self, root: str, hand: PosedHand, *, only_bones: bool = False) -> dict[str, viser.FrameHandle]:
+    def _draw(self, root: str, posed: PosedHand, *, only_bones: bool = False) -> dict[str, viser.FrameHandle]:
         """Draw a hand with one frame a body, and return the frames by body."""
-        parts = [part for part in hand.parts() if part.is_bone or not only_bones]
+        parts = [part for part in posed.parts() if part.is_bone or not only_bones]
         names = dict.fromkeys(part.body for part in parts)
         frames = {body: self._server.scene.add_frame(f"/{root}/{body}", show_axes=False) for body in names}
         for number, part in enumerate(parts):

@@ -31,7 +31,7 @@ def _reflected(name: str, value: Any) -> Any:
     return tuple(map(mul, value, SIGNS[name])) if turned else reflect(value)
 
 
-def hand(side: Side = "right") -> HandGeometry:
+def hand_geometry(side: Side = "right") -> HandGeometry:
     """Return the geometry of one hand.
 
     Raises:

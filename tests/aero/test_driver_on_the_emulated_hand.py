@@ -39,7 +39,7 @@ class Rig:
 @pytest.mark.parametrize("side", ["right", "left"])
 @pytest.mark.parametrize("firmware", FIRMWARE)
 def test_a_posture_is_where_the_map_says_on_every_firmware(firmware, side):
-    rig = Rig(firmware=firmware, hand=side)
+    rig = Rig(firmware=firmware, side=side)
     codec = ActuationMap.for_firmware(firmware, hand=side)
     shafts = rig.shafts_deg_after(codec.codes_from_angles(np.deg2rad(ANGLES_DEG)))
     np.testing.assert_allclose(shafts, ANGLES_DEG, atol=TOLERANCE_DEG)
@@ -87,7 +87,7 @@ def test_only_the_firmware_before_limits_does_not_know_them_and_asking_changes_n
 @pytest.mark.parametrize("side", ["right", "left"])
 @pytest.mark.parametrize("firmware", FIRMWARE)
 def test_one_harmless_question_tells_main_from_all_before(firmware, side):
-    rig = Rig(firmware=firmware, hand=side)
+    rig = Rig(firmware=firmware, side=side)
     before = rig.hand.read_codes()
     assert rig.hand.knows(Opcode.CALIBRATE_MID) == (firmware == "main")
     np.testing.assert_array_equal(rig.hand.read_codes(), before)

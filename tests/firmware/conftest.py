@@ -48,7 +48,7 @@ def real_program(compiler, tmp_path_factory):
         out = folder / f"{version}-{hand}"
         if not out.exists():
             root = sources()
-            build(root / "firmware" / version, out, library=root / "ftservo", hand=hand)
+            build(root / "firmware" / version, out, library=root / "ftservo", side=hand)
         return out
 
     return get

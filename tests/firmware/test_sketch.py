@@ -25,7 +25,7 @@ def test_lines_keep_their_numbers_and_the_hand_is_left_to_the_command_line(tmp_p
     into.mkdir()
     (source / "hand.ino").write_text("int x;\nvoid setup() {}\nvoid loop() {}\n")
     (source / "HandConfig.h").write_text("#pragma once\n//#define LEFT_HAND\n#define RIGHT_HAND\n")
-    (unit,) = translated(source, into, hand="left")
+    (unit,) = translated(source, into, side="left")
     lines = unit.read_text().splitlines()
     assert lines[1] == f'#line 1 "{source / "hand.ino"}"'
     assert lines[lines.index("void setup();") + 2 :][:2] == [f'#line 2 "{source / "hand.ino"}"', "void setup() {}"]
@@ -34,4 +34,4 @@ def test_lines_keep_their_numbers_and_the_hand_is_left_to_the_command_line(tmp_p
 
 def test_a_folder_without_a_sketch_is_named(tmp_path):
     with pytest.raises(SketchError, match=r"neither an \.ino nor a \.cpp"):
-        translated(tmp_path, tmp_path / "out", hand=None)
+        translated(tmp_path, tmp_path / "out", side=None)

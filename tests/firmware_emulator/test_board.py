@@ -44,7 +44,7 @@ def test_readings_age_by_the_telemetry_period(make_host, firmware, period):
 
 @pytest.mark.parametrize("hand", ["right", "left"])
 def test_a_commanded_posture_is_reached_within_friction_and_reads_below_the_command(make_host, hand):
-    host = make_host(hand=hand, firmware="0.1.0")
+    host = make_host(side=hand, firmware="0.1.0")
     commands = (10000, 20000, 30000, 40000, 50000, 60000, 1000)
     host.send(0x11, *commands)
     host.wait(1.5)

@@ -84,7 +84,7 @@ def test_slow_homing_ends_with_every_contact_within_a_count_of_the_table(make_ho
     """
     version, hand = what
     plant, zeros = stopped_bench(posture, friction=friction), mounted(hand, mounting)
-    found = contacts_after(make_host(plant=plant, firmware=version, hand=hand, start="reset", encoder_zeros=zeros))
+    found = contacts_after(make_host(plant=plant, firmware=version, side=hand, start="reset", encoder_zeros=zeros))
     short = friction / (HLS3606M.stall_torque * HLS3606M.duty_per_count)
     bounds = [1, 1, *[1 if short < 0.9 else 2 + math.ceil(short)] * 5]
     assert all(abs(a - b) <= bound for a, b, bound in zip(found, CONTACT[hand], bounds, strict=True)), found
@@ -101,7 +101,7 @@ def test_fast_homing_does_not_wait_for_the_half_turn(make_host, what, posture, m
     """
     version, hand = what
     plant, zeros = stopped_bench(posture, friction=0.004), mounted(hand, mounting)
-    found = contacts_after(make_host(plant=plant, firmware=version, hand=hand, start="reset", encoder_zeros=zeros))
+    found = contacts_after(make_host(plant=plant, firmware=version, side=hand, start="reset", encoder_zeros=zeros))
     assert all(abs(a - b) <= 1 for a, b in zip(found[:2], CONTACT[hand][:2], strict=True)), found
     # 250 and 300 ticks at 8286 counts/s, less dead time and start: what is missing shows as a contact on the open side.
     missing = [abs(a - b) for a, b in zip(found[2:], CONTACT[hand][2:], strict=True)]

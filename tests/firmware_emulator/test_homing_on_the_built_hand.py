@@ -10,7 +10,7 @@ from tests.firmware_emulator.conftest import frame
 def homing_time(make_host, unit, hand, firmware):
     """Time of one homing on the hand's clock, s."""
     loaded = load_unit(unit)
-    host = make_host(plant=BuiltHandPlant(loaded.hand, hand=hand), servos=loaded.servos, hand=hand, firmware=firmware)
+    host = make_host(plant=BuiltHandPlant(loaded.hand, side=hand), servos=loaded.servos, side=hand, firmware=firmware)
     start = host.hand.clock.now()
     assert host.ask(0x01, timeout=200.0) == frame("01")
     return host.hand.clock.now() - start

@@ -100,7 +100,7 @@ def test_answers_over_a_terminal_are_those_of_the_same_bytes_at_the_same_instant
             assert len(port.read(16)) == 16
     again = InProcessLink(EmulatedHand(Bench(), seed=7, firmware="0.1.0", start="reset"))
     again.log = []
-    hand = again._hand
+    hand = again._electronics
     for t, direction, data in heard:
         if direction == ">":
             hand.clock.sleep_until(t)

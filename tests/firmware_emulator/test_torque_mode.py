@@ -17,7 +17,7 @@ def send_torque(host, *words):
 @pytest.mark.parametrize("hand", SIGNS)
 @pytest.mark.parametrize(("word", "magnitude"), [(300, 300), (1000, 1000), (1001, 1000), (0xFFFF, 1000), (0, 0)])
 def test_torque_always_closes_and_is_capped(make_host, hand, word, magnitude):
-    host = make_host(firmware="0.1.0", hand=hand)
+    host = make_host(firmware="0.1.0", side=hand)
     send_torque(host, *[word] * 7)
     assert goal_torques(host) == tuple(sign * magnitude for sign in SIGNS[hand])
     assert {servo.memory.get("mode") for servo in host.hand.servos} == {2}

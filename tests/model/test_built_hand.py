@@ -175,7 +175,7 @@ def test_abduction_winds_both_thumb_cables():
 
 
 def test_left_hand_moves_as_the_right_one():
-    plants = [BuiltHandPlant(hand=side) for side in ("right", "left")]
+    plants = [BuiltHandPlant(side=side) for side in ("right", "left")]
     for plant in plants:
         for shaft, goal in enumerate((2.0, 1.0, 4.0, 3.0, 0.8, 0.5, 1.0)):
             plant.drive(shaft, towards(goal))

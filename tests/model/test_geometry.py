@@ -7,17 +7,17 @@ import pytest
 from aero.actuation import ActuationMap, load_coefficients
 from aero.channels import Channel, Joint
 from model import build_routed
-from model.geometry import hand, reflect
+from model.geometry import hand_geometry, reflect
 from model.geometry.winding import SPOOL_RADIUS, WINDING
 
 
 def test_every_joint_once_in_order():
-    assert [link.hinge.joint for link in hand().base.walk() if link.hinge] == list(Joint)
+    assert [link.hinge.joint for link in hand_geometry().base.walk() if link.hinge] == list(Joint)
 
 
 def test_reflecting_twice_changes_nothing():
-    assert reflect(hand("left").base) == hand("right").base
-    assert hand("left") != hand("right")
+    assert reflect(hand_geometry("left").base) == hand_geometry("right").base
+    assert hand_geometry("left") != hand_geometry("right")
 
 
 def test_left_hand_is_the_mirror_image_in_every_posture():

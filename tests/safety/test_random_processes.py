@@ -71,7 +71,7 @@ def test_a_process_that_is_ended_leaves_the_hand_open(seed, tmp_path):
     print(f"# {ending!r} after {after_s:.1f} s\n{program}")
     (tmp_path / "program.py").write_text(program)
     electronics, bench = build_faulty(
-        load_unit("reference"), Schedule((), seed), firmware="0.2.0", hand="right", seed=seed
+        load_unit("reference"), Schedule((), seed), firmware="0.2.0", side="right", seed=seed
     )
     ended, opened, leave, cut = (threading.Event() for _ in range(4))
     power, seen = [], set()

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from aero.channels import CABLES
 from aero.policy.running import typical_correction
 from model.units.plausible import plausible_unit
-from train.hand_stock import HandStock, oldest, present
+from train.hand_stock import HandStock, next_slots, present
 from train.recipe import STEADY
 from train.simulator import build_scene
 
@@ -30,7 +30,7 @@ STOCK = HandStock(STEADY.stages[-1], STEADY.task.settings, (3, 0, 2, 0))
 def test_the_oldest_hands_give_way_to_the_next_numbers(count, redraws):
     batch, new = list(range(count)), 0
     for hands in redraws:
-        for place in oldest(count, new, hands):
+        for place in next_slots(count, new, hands):
             assert batch[place] == min(batch)
             batch[place] = count + new
             new += 1

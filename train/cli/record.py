@@ -37,7 +37,7 @@ LABELS = tuple(channel.label for channel in Channel)
 )  # fmt: skip
 def record_command(
     *,
-    hand: HandSpec,
+    spec: HandSpec,
     excite: str,
     scale: float,
     channels: tuple[str, ...],
@@ -54,7 +54,7 @@ def record_command(
     with usage_errors():
         plan = excitation(excite, scale=scale, channels=tuple(Channel[label.upper()] for label in channels or LABELS))
         prepared_file(out)
-    with open_hand(hand) as opened:
+    with open_hand(spec) as opened:
         furthest = tuple(plan.fractions.max(axis=0))
         if dry_run:
             console.print(readings(opened, furthest))

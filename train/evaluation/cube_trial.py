@@ -19,7 +19,7 @@ from model.cube_plant import CubePlant, CubeWatch
 class CubeTrial:
     """Result of one trial."""
 
-    hand: HandSpec
+    spec: HandSpec
     """Hand with its cube; the hand's seed also determines the cube's initial pose."""
     kept: bool
     """Whether the run reached its time limit with the cube in the hand."""
@@ -47,7 +47,7 @@ class CubeTrial:
 
 def run_trial(
     policy: Policy,
-    hand: HandSpec,
+    spec: HandSpec,
     settings: RunSettings | None = None,
     *,
     on_step: Callable[[Step], None] = lambda _: None,
@@ -56,17 +56,17 @@ def run_trial(
 
     Args:
         policy: the policy to run.
-        hand: emulated hand with a cube.
+        spec: emulated hand with a cube.
         settings: settings of the control loop; None for the policy's own and 15 s.
         on_step: called after every control period.
     """
     settings = settings or RunSettings()
     goals: list[Floats] = []
     currents: list[Floats] = []
-    with open_target(hand) as opened:
+    with open_target(spec) as opened:
         truth = opened.get(GroundTruth)
         assert isinstance(truth.plant, CubePlant)
-        watch = CubeWatch(truth.plant, hand.seed)
+        watch = CubeWatch(truth.plant, spec.seed)
 
         def follow(step: Step) -> None:
             currents.append(np.abs(step.currents_a))
@@ -91,10 +91,10 @@ def run_trial(
     held_s = len(goals) * (settings.settings or policy.settings).period_s
     travel = np.abs(np.diff(goals, axis=0)).sum(axis=0) / held_s if goals else np.zeros(7)
     return CubeTrial(
-        hand=hand,
+        spec=spec,
         kept=not watch.lost and run.ending is Ending.TIME,
         alive_s=watch.alive_s,
-        rotation_rad=watch.rotation_rad if hand.side == "right" else -watch.rotation_rad,
+        rotation_rad=watch.rotation_rad if spec.side == "right" else -watch.rotation_rad,
         airborne=watch.airborne,
         let_go=watch.let_go,
         run=run,

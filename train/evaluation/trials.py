@@ -52,7 +52,7 @@ class Case:
 
     name: str
     """Name of the table row that counts this trial."""
-    hand: HandSpec
+    spec: HandSpec
     settings: RunSettings
 
 
@@ -166,7 +166,7 @@ def run_trials(
 
 
 def _trial(policy: Policy, case: Case) -> CubeTrial:
-    return run_trial(policy, case.hand, case.settings)
+    return run_trial(policy, case.spec, case.settings)
 
 
 def figures(trials: Sequence[CubeTrial]) -> dict[str, float]:

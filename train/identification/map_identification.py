@@ -67,11 +67,11 @@ class Identification:
     """Samples behind the fit."""
 
 
-def identify(hand: RoutedHand) -> Identification:
+def identify(routed: RoutedHand) -> Identification:
     """Sweep a hand and fit the map's coefficients; the mechanism's winding radii are the paper's."""
     paper = load_coefficients("paper")
-    intervals = calibrated_range(hand)[list(FINGERS)]
-    staircases = joined(staircase(hand, channel) for channel in THUMB)
+    intervals = calibrated_range(routed)[list(FINGERS)]
+    staircases = joined(staircase(routed, channel) for channel in THUMB)
     regression, inverse = fit_joints(staircases), fit_inverse(paper, staircases)
     identified = replace(
         paper,
@@ -96,33 +96,33 @@ def joined(captures: Iterable[Capture]) -> Capture:
     )
 
 
-def staircase(hand: RoutedHand, channel: Channel) -> Capture:
+def staircase(routed: RoutedHand, channel: Channel) -> Capture:
     """Step one channel over its command range and back in 20 equal levels, the others open; 50 samples a second."""
-    goal = open_command(hand)
-    opened, closed = ends(hand, channel)
+    goal = open_command(routed)
+    opened, closed = ends(routed, channel)
     rise = np.linspace(opened, closed, STAIRCASE_LEVELS + 1)
     goal[channel] = opened
-    hand.command(goal)
-    hand.advance(SETTLE_S)
+    routed.command(goal)
+    routed.advance(SETTLE_S)
     samples = []
     for level in (*rise, *rise[::-1]):
         goal[channel] = level
-        hand.command(goal)
+        routed.command(goal)
         for _ in range(SAMPLES_A_LEVEL):
-            hand.advance(SAMPLE_S)
-            samples.append((hand.lengths(), hand.joint_angles()))
+            routed.advance(SAMPLE_S)
+            samples.append((routed.lengths(), routed.joint_angles()))
     return captured(samples)
 
 
-def open_command(hand: RoutedHand) -> Floats:
+def open_command(routed: RoutedHand) -> Floats:
     """Reset the hand and return the command that holds it open."""
-    hand.reset()
-    return np.clip(hand.lengths(), *hand.command_range.T)
+    routed.reset()
+    return np.clip(routed.lengths(), *routed.command_range.T)
 
 
-def ends(hand: RoutedHand, channel: Channel) -> tuple[float, float]:
+def ends(routed: RoutedHand, channel: Channel) -> tuple[float, float]:
     """Return a channel's commands at the open and the closed end, m or rad."""
-    low, high = hand.command_range[channel]
+    low, high = routed.command_range[channel]
     return (low, high) if channel == Channel.THUMB_ABDUCTION else (high, low)
 
 

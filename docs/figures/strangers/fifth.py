@@ -109,7 +109,7 @@ class Wire(Looking):
         self.renew()
         if self._assembly.is_running:
             for shaft in self._shafts:
-                servo = servo_of(self._assembly.hand, Channel(shaft))
+                servo = servo_of(self._assembly.electronics, Channel(shaft))
                 servo.feedback.volts = self._assembly.unit.servos.voltage * (1.0 - lost)
 
 
@@ -151,7 +151,7 @@ class Slipping(Looking):
         pulls = float(self.behind.efforts()[self.shaft]) > self._holds
         if pulls and self.time >= self._next and self._slipped < self.MOST_M and self._assembly.is_running:
             self._next = self.time + self.REST_S
-            kernel = self._assembly.hand.kernel
+            kernel = self._assembly.electronics.kernel
             kernel.call_at(kernel.now, self._slip)
 
     def end(self):
@@ -233,7 +233,7 @@ def strip(assembly, fault):
 
     def out():
         if on[0]:
-            hand = assembly.hand
+            hand = assembly.electronics
             for servo in hand.servos:
                 servo.power_up()
             hand.reset("brown_out")
@@ -241,7 +241,7 @@ def strip(assembly, fault):
 
     def begin():
         on[0] = True
-        hand = assembly.hand
+        hand = assembly.electronics
         hand.kernel.call_at(hand.kernel.now, out)
 
     return Active(begin, lambda: on.__setitem__(0, False))
@@ -254,7 +254,7 @@ def plug_open_when_closed(assembly, fault):
     def look():
         if assembly.mechanics.state().angles[fault.where] > 2.6 and random.random() < fault.severity:
             assembly.fire(fault)
-            servo_of(assembly.hand, fault.where).silent_until = assembly.now() + 0.05
+            servo_of(assembly.electronics, fault.where).silent_until = assembly.now() + 0.05
 
     return watching(assembly, 0.05, look)
 
@@ -263,7 +263,7 @@ def in_memory(values):
     """Other numbers in a servo's registers; what has been overwritten since is not put back."""
 
     def inject(assembly, fault):
-        servo = servo_of(assembly.hand, fault.where)
+        servo = servo_of(assembly.electronics, fault.where)
         wrong, right = values(assembly, fault), {}
 
         def put(name, value):
@@ -300,7 +300,7 @@ def second_id(assembly, fault):
 
 
 def badly_cooled(assembly, fault):
-    servo = servo_of(assembly.hand, fault.where)
+    servo = servo_of(assembly.electronics, fault.where)
     right = servo.parameters
 
     def begin():
@@ -323,7 +323,7 @@ def homed_on_something(assembly, fault):
     def begin():
         hand = HANDS[assembly.side]
         for finger, part in zip(FINGERS, (1.0, 1.1, 1.05, 0.8), strict=True):
-            at, servo = WIRE_ORDER.index(finger), servo_of(assembly.hand, finger)
+            at, servo = WIRE_ORDER.index(finger), servo_of(assembly.electronics, finger)
             closes = 1 if hand.grasp[at] > hand.extend[at] else -1
             right = servo.memory.get("offset")
             before[finger] = right, right - closes * round(part * fault.severity)
@@ -331,7 +331,7 @@ def homed_on_something(assembly, fault):
 
     def clear():
         for finger, (right, wrong) in before.items():
-            servo = servo_of(assembly.hand, finger)
+            servo = servo_of(assembly.electronics, finger)
             if servo.memory.get("offset") == wrong:
                 put(servo, right)
 
@@ -341,7 +341,7 @@ def homed_on_something(assembly, fault):
 def left_speed(assembly, fault):
     """Another program's SET_SPE, in the board's memory up to its next restart."""
     at = WIRE_ORDER.index(fault.where)
-    board = assembly.hand.board
+    board = assembly.electronics.board
     right = board.speed[at]
     return Active(
         lambda: board.speed.__setitem__(at, round(fault.severity)), lambda: board.speed.__setitem__(at, right)
@@ -350,7 +350,7 @@ def left_speed(assembly, fault):
 
 def own_build(assembly, fault):
     """A firmware of one's own build that reads the servos seldom; it has homed as the declared one does."""
-    hand = assembly.hand
+    hand = assembly.electronics
     right = hand._profile
 
     def run(profile):

@@ -83,7 +83,7 @@ def slipping(assembly, fault):
         there[:] = [assembly.changed(lambda one: out(one, fault))]
         there[0].begin()
         if step < 10:
-            assembly.hand.kernel.call_at(assembly.now() + 6.0, go_on, step + 1)
+            assembly.electronics.kernel.call_at(assembly.now() + 6.0, go_on, step + 1)
 
     def go_on(step):
         if there:
@@ -197,7 +197,7 @@ def watching(assembly, seconds, look, end=lambda: None):
         if turn in going:
             assembly.advance()
             look()
-            assembly.hand.kernel.call_at(assembly.now() + seconds, again, turn)
+            assembly.electronics.kernel.call_at(assembly.now() + seconds, again, turn)
 
     def begin():
         going.append(assembly.now())
@@ -226,7 +226,7 @@ class Contact(ShaftFault):
         if bad != self._bad:
             self._bad = bad
             if self.active:
-                self._assembly.hand.supply(6.0 * self.supply_left)
+                self._assembly.electronics.supply(6.0 * self.supply_left)
             self.renew()
 
     def drive(self, shaft, drive):
@@ -246,7 +246,7 @@ def in_registers(name, words, values, severity=None, at_s=0.0):
     """A fault that is other settings in a servo, in EEPROM and in what is copied from it; `values` makes them."""
 
     def inject(assembly, fault):
-        servo = servo_of(assembly.hand, fault.where)
+        servo = servo_of(assembly.electronics, fault.where)
         wrong = values(assembly, fault)
         right = {register: servo.memory.get(register) for register in wrong}
 
@@ -265,7 +265,7 @@ def in_registers(name, words, values, severity=None, at_s=0.0):
 def angle_limit(assembly, fault):
     """Return limits that leave a part of the window, where the window lies within one turn."""
     at = WIRE_ORDER.index(fault.where)
-    window = assembly.hand.board.window
+    window = assembly.electronics.board.window
     ends = window.extend[at], window.grasp[at]
     stop = min(max(round(ends[0] + fault.severity * (ends[1] - ends[0])), 1), 4094)
     return {"min_angle": 0, "max_angle": stop} if ends[1] > ends[0] else {"min_angle": stop, "max_angle": 4095}
@@ -394,7 +394,7 @@ def mixed_windows(assembly, fault):
     shift = {at: round(fault.severity) for at in (0, 4, 6)}
 
     def move(sign):
-        board = assembly.hand.board
+        board = assembly.electronics.board
         for at, counts in shift.items():
             board.window.shift(at, sign * counts)
 
@@ -405,7 +405,7 @@ def other_profile(**changes):
     """Return what puts a version on the board that is like the one declared, but for some of what it does."""
 
     def inject(assembly, fault):
-        hand = assembly.hand
+        hand = assembly.electronics
         right = hand._profile
 
         def flash(profile):
@@ -422,12 +422,12 @@ def restarts(assembly, fault):
 
     def again():
         if going[0]:
-            assembly.hand.reset("reset")
-            assembly.hand.kernel.call_at(assembly.now() + fault.severity, again)
+            assembly.electronics.reset("reset")
+            assembly.electronics.kernel.call_at(assembly.now() + fault.severity, again)
 
     def begin():
         going[0] = True
-        assembly.hand.kernel.call_at(assembly.now() + 0.2 * fault.severity, again)
+        assembly.electronics.kernel.call_at(assembly.now() + 0.2 * fault.severity, again)
 
     return Active(begin, lambda: going.__setitem__(0, False))
 
@@ -455,7 +455,9 @@ class NoisyBus:
 
 def noisy_bus(assembly, fault):
     tap = NoisyBus(assembly, fault, assembly.random(fault))
-    return Active(lambda: setattr(assembly.hand.bus, "tap", tap), lambda: setattr(assembly.hand.bus, "tap", None))
+    return Active(
+        lambda: setattr(assembly.electronics.bus, "tap", tap), lambda: setattr(assembly.electronics.bus, "tap", None)
+    )
 
 
 def rubbing_neighbours(one, fault):
@@ -534,7 +536,7 @@ FAULTS = (
     unit("spring_pops_off", JOINT, Part.DIGIT, "a finger's springs pop off", less_spring(lambda fault:
         JOINTS[fault.where]), FINGERS, share("their torque", 0.6, 0.9, 1.0), at_s=45.0),
     Fault("lead_opens", MOTOR, Part.BUS, "the thumb flexor's lead opens with the thumb across", on_shaft(lambda
-        assembly, fault: Lead(assembly.shafts, fault.where, lambda: assembly.hand)), (Channel.THUMB_FLEXOR,
+        assembly, fault: Lead(assembly.shafts, fault.where, lambda: assembly.electronics)), (Channel.THUMB_FLEXOR,
         Channel.THUMB_CMC_FLEXION), alike=(Part.SERVO,)),
     Fault("bad_contact", SUPPLY, Part.SUPPLY, "the supply's plug has a bad contact", on_shaft(lambda assembly, fault:
         Contact(assembly.shafts, fault.severity, assembly)), (), share("the voltage", 0.3, 0.6, 0.85)),

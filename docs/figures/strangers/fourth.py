@@ -87,19 +87,19 @@ class _Breaks(Contact):
         self._now = self._level(span) if self.active and self._assembly.is_running else 0.0
         if self._bad != (self._now > (0.5 if self._bad else 1.0)):
             self._bad = not self._bad
-            self._assembly.hand.supply(6.0 * self.supply_left)
+            self._assembly.electronics.supply(6.0 * self.supply_left)
             self.renew()
 
     def end(self):
         super().end()
-        self._assembly.hand.supply(6.0)
+        self._assembly.electronics.supply(6.0)
 
 
 def goals_taken(change):
     """Let a servo take another goal than it was sent, none where `change` makes None of it."""
 
     def inject(assembly, fault):
-        servo, random = servo_of(assembly.hand, fault.where), assembly.random(fault)
+        servo, random = servo_of(assembly.electronics, fault.where), assembly.random(fault)
         right = servo.write
 
         def write(address, data):
@@ -124,10 +124,12 @@ def told(register, make):
             return answer.with_register(register, lambda value: change(answer.now, value))
 
         def begin():
-            assembly.hand.bus.tap = assembly.hand.bus.tap or SpoiledAnswers(assembly.hand.kernel, assembly.fire)
-            assembly.hand.bus.tap.add(fault, spoil, assembly.random(fault))
+            assembly.electronics.bus.tap = assembly.electronics.bus.tap or SpoiledAnswers(
+                assembly.electronics.kernel, assembly.fire
+            )
+            assembly.electronics.bus.tap.add(fault, spoil, assembly.random(fault))
 
-        return Active(begin, lambda: assembly.hand.bus.tap and assembly.hand.bus.tap.remove(fault))
+        return Active(begin, lambda: assembly.electronics.bus.tap and assembly.electronics.bus.tap.remove(fault))
 
     return inject
 
@@ -151,7 +153,7 @@ def lifted(assembly, fault):
     def look():
         if assembly.mechanics.state().angles[Channel.RING] > fault.severity:
             assembly.fire(fault)
-            servo_of(assembly.hand, fault.where).silent_until = assembly.now() + 0.015
+            servo_of(assembly.electronics, fault.where).silent_until = assembly.now() + 0.015
 
     return watching(assembly, 0.01, look)
 
@@ -160,7 +162,7 @@ def homed_on_something(assembly, fault):
     """Let four fingers have the zeros that homing found on something that stopped them early; homing mends it."""
 
     def begin():
-        for servo in (servo_of(assembly.hand, finger) for finger in FINGERS):
+        for servo in (servo_of(assembly.electronics, finger) for finger in FINGERS):
             reads = servo.frame.counts(servo._angle())
             servo.calibrate(encode_signed(reads + round(math.copysign(fault.severity, servo.frame.counts_per_rad))))
 

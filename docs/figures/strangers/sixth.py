@@ -218,7 +218,7 @@ def power_bank(assembly, fault):
         rested[0] = 0.0 if works else rested[0] + 0.1
         if rested[0] > fault.severity:
             rested[0] = 0.0
-            for servo in assembly.hand.servos:
+            for servo in assembly.electronics.servos:
                 servo.reboot()
                 servo.silent_until = assembly.now() + 1.5
 
@@ -238,14 +238,14 @@ def restarts_at_speed(assembly, fault):
         fast = abs(float(assembly.mechanics.state().speeds[fault.where])) > 2.0
         if fast and random.random() < 0.02 * fault.severity:
             assembly.fire(fault)
-            servo_of(assembly.hand, fault.where).reboot()
+            servo_of(assembly.electronics, fault.where).reboot()
 
     return watching(assembly, 0.02, look)
 
 
 def open_thermistor(assembly, fault):
     """A servo takes itself for hot for 0.3 s, again and again."""
-    servo, right, left_s = servo_of(assembly.hand, fault.where), [], [0.5 * fault.severity]
+    servo, right, left_s = servo_of(assembly.electronics, fault.where), [], [0.5 * fault.severity]
 
     def look():
         left_s[0] -= 0.1
@@ -343,7 +343,7 @@ def averaging(assembly, fault):
 
 def left_torque(assembly, fault):
     """Another program's SET_TOR, in the board's memory up to its next restart."""
-    at, board = WIRE_ORDER.index(fault.where), assembly.hand.board
+    at, board = WIRE_ORDER.index(fault.where), assembly.electronics.board
     right = board.torque[at]
     return Active(
         lambda: board.torque.__setitem__(at, round(fault.severity)), lambda: board.torque.__setitem__(at, right)

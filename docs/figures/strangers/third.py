@@ -69,14 +69,14 @@ def lets_go(assembly, fault):
         pulled[0] += 0.05 if abs(float(assembly.mechanics.efforts()[fault.where])) > 0.1 else -pulled[0]
         if pulled[0] > fault.severity:
             pulled[0] = 0.0
-            servo_of(assembly.hand, fault.where).write(REGISTERS["torque_enable"].address, b"\0")
+            servo_of(assembly.electronics, fault.where).write(REGISTERS["torque_enable"].address, b"\0")
 
     return watching(assembly, 0.05, look)
 
 
 def late(assembly, fault):
     """Let one servo act late on its goals."""
-    servo = servo_of(assembly.hand, fault.where)
+    servo = servo_of(assembly.electronics, fault.where)
     right = servo.parameters
     wrong = replace(right, goal_delay_s=right.goal_delay_s + 1e-3 * fault.severity)
     return Active(lambda: setattr(servo, "parameters", wrong), lambda: setattr(servo, "parameters", right))
@@ -109,15 +109,15 @@ def breaks_down(left, seconds, restarts):
         def back():
             down.clear()
             low.clear()
-            assembly.hand.supply(volts)
+            assembly.electronics.supply(volts)
 
         def look():
             if not down and float(np.abs(assembly.mechanics.efforts()).sum()) > fault.severity:
                 down.append(True)
                 low.begin()
-                assembly.hand.supply(left * volts)
-                assembly.hand.kernel.call_at(assembly.now() + seconds, back)
-                for servo in assembly.hand.servos if restarts else ():
+                assembly.electronics.supply(left * volts)
+                assembly.electronics.kernel.call_at(assembly.now() + seconds, back)
+                for servo in assembly.electronics.servos if restarts else ():
                     servo.reboot()
 
         return watching(assembly, 0.02, look, back)
@@ -132,11 +132,11 @@ def bad_pin(assembly, fault):
         return b"" if abs(float(assembly.mechanics.efforts()[fault.where])) > severity else answer.data
 
     def begin():
-        bus = assembly.hand.bus
-        bus.tap = bus.tap or SpoiledAnswers(assembly.hand.kernel, assembly.fire)
+        bus = assembly.electronics.bus
+        bus.tap = bus.tap or SpoiledAnswers(assembly.electronics.kernel, assembly.fire)
         bus.tap.add(fault, spoil, assembly.random(fault))
 
-    return Active(begin, lambda: assembly.hand.bus.tap.remove(fault))
+    return Active(begin, lambda: assembly.electronics.bus.tap.remove(fault))
 
 
 def deaf(assembly, fault):
@@ -144,7 +144,7 @@ def deaf(assembly, fault):
 
     def look():
         assembly.fire(fault)
-        for servo in assembly.hand.servos:
+        for servo in assembly.electronics.servos:
             servo.silent_until = max(servo.silent_until, assembly.now() + 1e-3 * fault.severity)
 
     return watching(assembly, 0.9, look)
@@ -207,7 +207,7 @@ def cold(assembly, fault):
     )
 
     def room(rest, now):
-        for servo in assembly.hand.servos:
+        for servo in assembly.electronics.servos:
             servo.parameters = replace(servo.parameters, rest_temperature_c=rest)
             servo.heat_to(now)
 

@@ -20,7 +20,7 @@ from hil.recordings.recording import DELAYS, delay_series
 from hil.report.results import write_results
 from hil.targets.delays import Delay, Loop
 from hil.verdict.baseline import store
-from hil.verdict.findings import MissingReadingError, Why, failed
+from hil.verdict.findings import MissingReadingError, NotJudgedReason, failed
 from hil.verdict.judge import Judge
 from hil.verdict.validation import judge_recordings, validate
 
@@ -189,7 +189,7 @@ def test_without_bytes_the_link_and_the_driver_are_not_judged(results, tmp_path)
     for name, exit_code, said in (("audit", 0, "within limits"), ("session", 2, "nothing is judged")):
         recording = read_recording(results / f"{name}.mcap")
         judged = judge_recordings([dataclasses.replace(recording, wire=())])
-        assert {one.why for one in judged.withheld} == {Why.NO_BYTES}
+        assert {one.why for one in judged.withheld} == {NotJudgedReason.NO_BYTES}
         assert not {"driver", "session"} & {finding.experiment for finding in judged.findings}
         write_recording(dataclasses.replace(recording, wire=()), tmp_path / f"{name}.mcap")
         result = invoke("report", tmp_path / f"{name}.mcap", "--out", tmp_path / "r.html")
@@ -212,7 +212,7 @@ def test_a_reading_without_a_limit_says_so(results):
     judge = Judge.of_recording(recording.header)
     judge.limits = tuple(limit for limit in judge.limits if limit.metric != "holding_current")
     judged = judge.experiment(EXPERIMENTS["holding"], recording)
-    assert {(one.metric, one.why) for one in judged.withheld} == {("holding_current", Why.NO_LIMIT)}
+    assert {(one.metric, one.why) for one in judged.withheld} == {("holding_current", NotJudgedReason.NO_LIMIT)}
 
 
 def test_a_dry_run_moves_nothing(monkeypatch, tmp_path):

@@ -53,14 +53,22 @@ LASTING = [fault for fault in CATALOGUE.values() if fault.later and not fault.at
 def test_a_hand_whose_faults_are_cleared_is_as_it_was(faults):
     with open_target(seed=3) as target:
         bench = target.get(Workbench)
-        before = bench.assembly.unit, bench.assembly.shafts, [servo.memory.get("id") for servo in bench.hand.servos]
+        before = (
+            bench.assembly.unit,
+            bench.assembly.shafts,
+            [servo.memory.get("id") for servo in bench.electronics.servos],
+        )
         for fault in faults:
             target.inject(fault.at())
         assert len(bench.present) == len(faults)
         for fault in faults:
             if fault.name != "nvs_lost":  # it has happened
                 target.clear(fault.at())
-        after = bench.assembly.unit, bench.assembly.shafts, [servo.memory.get("id") for servo in bench.hand.servos]
+        after = (
+            bench.assembly.unit,
+            bench.assembly.shafts,
+            [servo.memory.get("id") for servo in bench.electronics.servos],
+        )
         assert after == before
         assert bench.assembly.link.is_idle
 

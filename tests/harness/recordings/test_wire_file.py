@@ -20,7 +20,7 @@ CODES = [1000 * channel for channel in Channel]
 
 
 def begun(path, clock, **more):
-    return WireFile(path, clock, target="/dev/ttyACM0", unit="physical", firmware="0.2.0", hand="right", **more)
+    return WireFile(path, clock, target="/dev/ttyACM0", unit="physical", firmware="0.2.0", side="right", **more)
 
 
 def exchanged(path, pieces, replies=1):

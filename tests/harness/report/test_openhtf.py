@@ -15,7 +15,7 @@ from hil.faults import parse_fault
 from hil.recordings.recording import Event
 from hil.report.openhtf import UNITS, openhtf_record
 from hil.report.results import write_results
-from hil.verdict.findings import Why, Withheld
+from hil.verdict.findings import NotJudgedReason, Withheld
 from hil.verdict.limits import load_limits
 from hil.verdict.run_end import EndKind, RunEnd
 from hil.verdict.validation import validate
@@ -41,7 +41,7 @@ def run(folder):
         made = validate(target, ("presence", "audit"), folder=folder)
     write_results(made, folder)
     presence = made.results["presence"]
-    late = Withheld("presence", "temperature", "index", "temperature", Why.HELD_UP, 0.05)
+    late = Withheld("presence", "temperature", "index", "temperature", NotJudgedReason.HELD_UP, 0.05)
     presence = replace(
         presence,
         findings=tuple(one for one in presence.findings if (one.check, one.subject) != ("temperature", "index")),

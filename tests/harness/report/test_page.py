@@ -17,7 +17,7 @@ from hil.checks.shared.signals import find_steps
 from hil.checks.staircase.tracking import staircase_metrics
 from hil.report.page import render_report
 from hil.verdict.diagnosis import NOTHING, Diagnosis, NextStep
-from hil.verdict.findings import Finding, Why, Withheld
+from hil.verdict.findings import Finding, NotJudgedReason, Withheld
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
@@ -83,8 +83,8 @@ def test_the_verdict_comes_first_then_the_plot_the_evidence_other_findings_and_t
     order = [
         "Out of limits: index finger", "The index is off. Suspected: servo of the index",
         "2 of 3 checks failed.", 'id="first-plot"',
-        "<b>Do this.</b> Pull at it.", "<b>Index finger: tracking rms is 1.2 mm",
-        "Index: &lt;seen&gt;.", 'id="findings"', "friction is 2 A",
+        "<b>Do this.</b> Pull at it.", "<b>Index finger: tracking rms 1.2 mm",
+        "Index: &lt;seen&gt;.", 'id="findings"', "friction 2 A",
         'id="appendix"', "<table",
     ]  # fmt: skip
     places = [body.index(text) for text in order]
@@ -165,7 +165,7 @@ def test_nothing_is_loaded_from_anywhere(spoiled_page):
 
 
 def test_what_was_not_judged_is_grey_with_its_reason_in_one_line(recording):
-    late = [Withheld("staircase", "rise_hand_ms", c.label, "rise time", Why.HELD_UP, 0.08) for c in Channel]
+    late = [Withheld("staircase", "rise_hand_ms", c.label, "rise time", NotJudgedReason.HELD_UP, 0.08) for c in Channel]
     html = page(recording, [GOOD], withheld=tuple(late))
     assert "1 kind of reading not judged: this computer was held up for 80 ms" in html
     assert "rise time (staircase): index finger, middle finger" in html

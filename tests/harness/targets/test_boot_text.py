@@ -13,7 +13,7 @@ from hil.verdict.validation import validate
 
 def boot_text(firmware, side="right", missing=None):
     """What a board prints after a reset that is no power-on."""
-    hand = EmulatedHand(Bench(BenchShaft(stop_low=-1.0, stop_high=6.0)), firmware=firmware, hand=side, start="reset")
+    hand = EmulatedHand(Bench(BenchShaft(stop_low=-1.0, stop_high=6.0)), firmware=firmware, side=side, start="reset")
     if missing is not None:
         hand.servos[missing].id = 99
     printed = bytearray()

@@ -37,8 +37,8 @@ def read_back(argv, of_a_hand):
 
     @click.command()
     @of_a_hand
-    def command(*, hand):
-        return hand
+    def command(*, spec):
+        return spec
 
     done = CliRunner().invoke(command, argv, standalone_mode=False)
     assert done.exception is None, done.exception

@@ -7,7 +7,7 @@ import pytest
 
 from aero.safety import SafetyReason, SafetyStopError
 from hil.recordings.recording import Recording, Series
-from hil.verdict.findings import Finding, Why, Withheld, failed
+from hil.verdict.findings import Finding, NotJudgedReason, Withheld, failed
 from hil.verdict.judge import Judge, without_withheld
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
@@ -69,8 +69,8 @@ def test_what_ended_a_run_says_itself_what_happened():
 def test_a_reading_that_was_not_judged_is_evidence_of_nothing():
     measured = {"ring": {"rise_hand_ms": 90.0, "spring": 1.0}, "hand": {}}
     withheld = [
-        Withheld("staircase", "rise_hand_ms", "ring", "rise", Why.LATE_THROUGHOUT),
-        Withheld("excursion", "spring", "ring", "load", Why.LATE_THROUGHOUT),
+        Withheld("staircase", "rise_hand_ms", "ring", "rise", NotJudgedReason.LATE_THROUGHOUT),
+        Withheld("excursion", "spring", "ring", "load", NotJudgedReason.LATE_THROUGHOUT),
     ]
     assert without_withheld(measured, "staircase", withheld) == {"ring": {"spring": 1.0}, "hand": {}}
 

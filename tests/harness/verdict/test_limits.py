@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from aero.firmware import FIRMWARE
 from hil.checks import BOUNDS, EXPERIMENTS
-from hil.verdict.findings import MissingReadingError, Why, failed
+from hil.verdict.findings import MissingReadingError, NotJudgedReason, failed
 from hil.verdict.limits import TABLE as SHIPPED
 from hil.verdict.limits import Limit, compare, limits_text, load_limits, out_of_limits, parse_limits, within_limits
 from train.limits.compute import FEWEST, FURTHEST
@@ -63,13 +63,15 @@ RISE = replace(TABLE, metric="rise_hand_ms", at_most=90.0)
 
 def test_a_number_whose_samples_came_late_is_not_judged_and_one_that_is_not_measurable_does_not_pass():
     measured = {"index": {}, "ring": {"rise_hand_ms": math.nan}}
-    findings, withheld = compare(EXPERIMENTS["staircase"], measured, (RISE,), lambda *_: 0.0, Why.LATE_THROUGHOUT)
+    findings, withheld = compare(
+        EXPERIMENTS["staircase"], measured, (RISE,), lambda *_: 0.0, NotJudgedReason.LATE_THROUGHOUT
+    )
     late = "Index finger: rise time was not judged: this computer or its link was late throughout"
     assert [one.sentence for one in withheld] == [late]
     assert [(finding.subject, finding.passed) for finding in findings] == [("ring", False)]
 
 
-@pytest.mark.parametrize(("limit", "why"), [(RISE, None), (TABLE, Why.LATE_THROUGHOUT)])
+@pytest.mark.parametrize(("limit", "why"), [(RISE, None), (TABLE, NotJudgedReason.LATE_THROUGHOUT)])
 def test_a_reading_that_nothing_excuses_is_a_defect(limit, why):
     """Where nothing was late, or for one that a late computer takes as well."""
     with pytest.raises(MissingReadingError, match=r"staircase did not measure .* of index"):

@@ -7,7 +7,7 @@ import pytest
 from hil.checks import EXPERIMENTS
 from hil.faults import parse_fault
 from hil.targets.opening import open_target
-from hil.verdict.findings import Why, failed
+from hil.verdict.findings import NotJudgedReason, failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.limits import Limit
 from hil.verdict.motion import still_channels
@@ -36,7 +36,7 @@ def test_a_channel_without_motion_is_one_sentence(dead):
 
 def test_what_needs_motion_is_not_judged_on_a_channel_without(dead):
     off = {(finding.check, finding.subject) for finding in failed(dead.findings)}
-    gone = {(one.metric, one.subject) for one in dead.withheld if one.why is Why.NO_MOTION}
+    gone = {(one.metric, one.subject) for one in dead.withheld if one.why is NotJudgedReason.NO_MOTION}
     for metric in ("rise_hand_ms", "take_up", "replay_delay", "friction"):
         assert (metric, "ring") in gone
         assert (metric, "ring") not in off

@@ -30,7 +30,7 @@ def commands():
         (case,) = deployment.cases(policy(3), 1, seconds=0.5, seed=1)
         codes = []
         settings = replace(case.settings, approach_s=0.3, wait_s=0.1)
-        run_trial(policy(3), case.hand, settings, on_step=lambda step: codes.append(step.command))
+        run_trial(policy(3), case.spec, settings, on_step=lambda step: codes.append(step.command))
         return np.array(codes)
 
     return sent
@@ -56,8 +56,8 @@ def test_every_row_of_a_deployment_changes_what_is_sent(field, commands, as_the_
 def test_every_deployment_can_be_run(name):
     deployment = load_deployments()[name]
     first, second = deployment.cases(policy(), 2, seconds=1.0, seed=5)
-    assert (first.hand.unit == second.hand.unit) is (deployment.unit != ANY_HAND)
-    assert (first.hand.seed, second.hand.seed) == (5, 6)
+    assert (first.spec.unit == second.spec.unit) is (deployment.unit != ANY_HAND)
+    assert (first.spec.seed, second.spec.seed) == (5, 6)
     assert any(first.settings.correction) is (deployment.correction != "none")
 
 

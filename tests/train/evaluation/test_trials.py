@@ -23,17 +23,17 @@ def one():
 
 def test_any_cube_goes_to_another_corrected_hand_each_right_and_left_in_turn():
     made = over_hands(holding(), 4, seconds=15.0, seed=5, correct="exact")
-    assert [case.hand.side for case in made] == ["right", "left"] * 2
+    assert [case.spec.side for case in made] == ["right", "left"] * 2
     assert {case.name for case in made} == {ANY_CUBE}
-    assert len({case.hand.unit for case in made}) == len({case.hand.cube for case in made}) == 4
+    assert len({case.spec.unit for case in made}) == len({case.spec.cube for case in made}) == 4
     assert all(any(case.settings.correction) for case in made)
     again = over_hands(holding(), 3, seconds=15.0, seed=6)
-    assert [case.hand.cube for case in again] == [case.hand.cube for case in made[1:]]
+    assert [case.spec.cube for case in again] == [case.spec.cube for case in made[1:]]
 
 
 def corrections(**how):
     made = over_hands(holding(), 2, seconds=15.0, seed=5, **how)
-    return {case.hand.seed: np.array(case.settings.correction) for case in made}
+    return {case.spec.seed: np.array(case.settings.correction) for case in made}
 
 
 def test_a_correction_is_typical_or_exact_or_none_or_half_a_millimetre_wrong():
