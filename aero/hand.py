@@ -7,6 +7,7 @@ from aero.actuation import CommandWindow
 from aero.clock import WallClock
 from aero.driver import AeroHand
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
+from aero.former_names import renamed
 from aero.safety import GuardedHand, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 
@@ -14,13 +15,14 @@ Hand = AeroHand | GuardedHand
 """Hand moved by an experiment. `AeroHand` documents each call; `GuardedHand` documents only its differences."""
 
 
+@renamed(hand="side")
 @contextmanager
 def open_hand(
     port_or_url: str,
     *,
     firmware: str = DEFAULT_FIRMWARE,
     calibration: str | None = None,
-    hand: str = "right",
+    side: str = "right",
     thresholds: Thresholds | None = None,
 ) -> Iterator[GuardedHand]:
     """Open a guarded hand: gentle start, polled while it moves, open and weak at the end.
@@ -33,7 +35,7 @@ def open_hand(
         port_or_url: device path or pyserial URL.
         firmware: version on the hand; no board reports it.
         calibration: state of the command windows, see `CommandWindow.for_firmware`.
-        hand: side, `right` or `left`.
+        side: `right` or `left`.
         thresholds: stop criteria; None for the defaults.
 
     Raises:
@@ -42,7 +44,7 @@ def open_hand(
         SafetyStopError: at the end of the block the hand may not be open; the message has a remedy.
     """
     limits, usual = thresholds or Thresholds(), firmware_of(firmware).settings
-    spans = CommandWindow.for_firmware(firmware, calibration, hand).spans_counts()
+    spans = CommandWindow.for_firmware(firmware, calibration, side).spans_counts()
     with (
         unwinding(),
         GuardedHand(

@@ -21,6 +21,7 @@ from aero.actuation.arrays import Array, as_codes, as_finite, as_floats, namespa
 from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.actuation.window import UNSHIFTED, CommandWindow
 from aero.channels import JOINT_BOX_RAD, Channel, Joint
+from aero.former_names import renamed
 from aero.protocol import MAX_CODE
 
 _CHANNELS = len(Channel)
@@ -62,16 +63,17 @@ class ActuationMap:
     window: CommandWindow = UNSHIFTED
 
     @classmethod
+    @renamed(hand="side")
     def for_firmware(
         cls,
         version: str,
         calibration: str | None = None,
         *,
-        hand: str = "right",
+        side: str = "right",
         coefficients: str | Path = "paper",
     ) -> Self:
         """Return the map for a firmware; see `CommandWindow.for_firmware` and `load_coefficients`."""
-        return cls(load_coefficients(coefficients), CommandWindow.for_firmware(version, calibration, hand))
+        return cls(load_coefficients(coefficients), CommandWindow.for_firmware(version, calibration, side))
 
     @cached_property
     def winding_matrix(self) -> NDArray[np.float64]:

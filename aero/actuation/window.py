@@ -15,6 +15,7 @@ Source: aero-open-firmware d7bd82e (baselines), aero-hand-open 6a3022d (0.2.0), 
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.actuation.arrays import whole_numbers
 from aero.channels import Channel
 from aero.firmware import firmware_of
+from aero.former_names import renamed
 from aero.protocol import MAX_CODE
 
 COUNTS_PER_TURN = 4096
@@ -55,7 +57,7 @@ class CommandWindow:
 
     name: str
     """Name of the calibration state, for messages and recordings."""
-    hand: str
+    side: str
     """`right` or `left`."""
     extend_counts: Counts
     """Servo counts at code 0, command order."""
@@ -63,24 +65,25 @@ class CommandWindow:
     """Servo counts at code 65535, command order."""
 
     def __post_init__(self) -> None:
-        if self.hand not in _BASELINE:
-            raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {self.hand!r}")
+        if self.side not in _BASELINE:
+            raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {self.side!r}")
         for field in ("extend_counts", "grasp_counts"):
             counts = whole_numbers(getattr(self, field), len(Channel), 0, COUNTS_PER_TURN - 1, field)
             if counts.ndim != 1:
                 raise ValueError(f"{field}: expected seven counts, got shape {counts.shape}")
             object.__setattr__(self, field, tuple(counts.tolist()))  # the caller may keep its array
         if not np.all(self._closing_sign() * (np.subtract(self.grasp_counts, self.extend_counts)) > 0):
-            raise ValueError(f"no window of a {self.hand} hand: {self.extend_counts} to {self.grasp_counts}")
+            raise ValueError(f"no window of a {self.side} hand: {self.extend_counts} to {self.grasp_counts}")
 
     @classmethod
-    def for_firmware(cls, version: str, calibration: str | None = None, hand: str = "right") -> CommandWindow:
+    @renamed(hand="side")
+    def for_firmware(cls, version: str, calibration: str | None = None, side: str = "right") -> CommandWindow:
         """Return the window of a firmware version in one of its calibration states.
 
         Args:
             version: `pre`, `0.1.0` to `0.2.0`, or `main`.
             calibration: one of `CALIBRATIONS`; None for the version's typical state (`homed` for 0.2.0 and `main`).
-            hand: `right` or `left`.
+            side: `right` or `left`.
 
         Raises:
             ValueError: an unknown version, hand or state, or a state that the version cannot be in.
@@ -89,19 +92,25 @@ class CommandWindow:
         state = calibration or possible[0]
         if state not in possible:
             raise ValueError(f"firmware {version} cannot be {state!r}; it can be {' or '.join(possible)}")
-        if hand not in _BASELINE:
-            raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {hand!r}")
-        extend, grasp = (np.array(counts) for counts in _BASELINE[hand])
+        if side not in _BASELINE:
+            raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {side!r}")
+        extend, grasp = (np.array(counts) for counts in _BASELINE[side])
         closing = np.sign(grasp - extend)
         for channel, shift in SHIFT_CLOSING.items():
             extend[channel] += closing[channel] * shift * (state in ("homed", "mixed"))
             grasp[channel] += closing[channel] * shift * (state == "homed")
-        return cls(state, hand, tuple(extend.tolist()), tuple(grasp.tolist()))
+        return cls(state, side, tuple(extend.tolist()), tuple(grasp.tolist()))
+
+    @property
+    def hand(self) -> str:
+        """Former name of `side`."""
+        warnings.warn("CommandWindow.hand is now CommandWindow.side", DeprecationWarning, stacklevel=2)
+        return self.side
 
     def shifts_rad(self) -> NDArray[np.float64]:
         """Return the shift of both ends from the baseline, (7, 2) float, rad, positive in the closing direction."""
         ends = np.array([self.extend_counts, self.grasp_counts])
-        counts = self._closing_sign() * (ends - np.array(_BASELINE[self.hand]))
+        counts = self._closing_sign() * (ends - np.array(_BASELINE[self.side]))
         shifts: NDArray[np.float64] = counts.T * (2.0 * np.pi / COUNTS_PER_TURN)
         return shifts
 
@@ -110,7 +119,7 @@ class CommandWindow:
         return np.abs(np.subtract(self.grasp_counts, self.extend_counts))
 
     def _closing_sign(self) -> NDArray[np.int64]:
-        extend, grasp = np.array(_BASELINE[self.hand])
+        extend, grasp = np.array(_BASELINE[self.side])
         signs: NDArray[np.int64] = np.sign(grasp - extend)
         return signs
 

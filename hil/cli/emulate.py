@@ -93,7 +93,7 @@ def emulate(
             server.on_late = partial(_late, delays, observer)
             if file is not None:
                 server.listeners.append(partial(_record, file))
-            codec = ActuationMap.for_firmware(spec.firmware, hand=spec.side)
+            codec = ActuationMap.for_firmware(spec.firmware, side=spec.side)
             observer.follow(EmulatedSource(electronics, served.workbench.mechanics, codec))
             if server.url is not None:
                 echo(f"also {server.url}")

@@ -159,7 +159,7 @@ def emulation(command: AnyFunction) -> AnyFunction:
             chosen = HandSpec.named(
                 others.pop("target_name", "emulated"),
                 firmware=firmware if _asked_for("firmware") else None,
-                hand=side if _asked_for("side") else None,
+                side=side if _asked_for("side") else None,
                 unit=unit,
                 seed=seed,
                 firmware_program=others.pop("firmware_program", None),

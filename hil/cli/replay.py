@@ -142,7 +142,7 @@ def replay(*, recording: Path, target_name: str, firmware: str | None, unit: str
         hand = HandSpec.named(
             target_name,
             firmware=firmware or said.get("firmware", header.firmware),
-            hand=said.get("side", header.hand),
+            side=said.get("side", header.hand),
             unit=unit or _unit(header),
             seed=header.seed,
         )

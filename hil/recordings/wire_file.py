@@ -65,7 +65,7 @@ class WireFile:
         Raises:
             CannotBeWrittenError: the file cannot be created.
         """
-        codec = ActuationMap.for_firmware(firmware, hand=side)
+        codec = ActuationMap.for_firmware(firmware, side=side)
         self._path = path
         self._on_failure = on_failure
         self._delays = delays

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, get_args
 
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
+from aero.former_names import renamed
 from aero.side import Side
 from hil.targets.hands_file import EMULATED_TARGETS, fields_of
 
@@ -101,18 +102,19 @@ class HandSpec:
             refuse_at_a_port(self.faults)
 
     @classmethod
-    def named(cls, target: str = "emulated", *, hand: Side | None = None, **fields: Any) -> Self:
+    @renamed(hand="side")
+    def named(cls, target: str = "emulated", *, side: Side | None = None, **fields: Any) -> Self:
         """Return the specification for a target or for a name in `hands.toml`, see `hil.targets.hands_file`.
 
         Args:
             target: `emulated`, `pty`, the path or pyserial URL of a port, or a name.
-            hand: side; None takes that of `hands.toml`, by default right.
+            side: `right` or `left`; None takes that of `hands.toml`, by default right.
             fields: other fields; None takes the value of `hands.toml`, by default the field's.
 
         Raises:
             ValueError: an unknown name, an error in `hands.toml`, or fields that `HandSpec` refuses.
         """
-        said = {"side": hand, **fields}
+        said = {"side": side, **fields}
         return cls(**(fields_of(target) | {name: value for name, value in said.items() if value is not None}))
 
     @property

@@ -34,7 +34,7 @@ def chosen(option: Any, faults: Sequence[str] = ()) -> HandSpec:
     return HandSpec.named(
         option.aero_hil,
         firmware=option.aero_hil_firmware,
-        hand=option.aero_hil_hand,
+        side=option.aero_hil_hand,
         unit=option.aero_hil_unit,
         seed=option.aero_hil_seed,
         faults=tuple(map(parse_fault, faults)),

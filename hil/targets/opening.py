@@ -70,7 +70,7 @@ class Opening:
     @property
     def map(self) -> ActuationMap:
         """Actuation map of the hand's firmware and side."""
-        return ActuationMap.for_firmware(self.spec.firmware, hand=self.spec.side)
+        return ActuationMap.for_firmware(self.spec.firmware, side=self.spec.side)
 
     def granted(self, hand: Hand, clock: Clock, wire: WireLog, **more: Any) -> Target:
         """Return the open target; `more` overrides its fields."""

@@ -12,7 +12,7 @@ from aero.channels import JOINT_BOX_RAD, Joint
 from aero.firmware import FIRMWARE
 
 maps = st.builds(
-    lambda firmware, hand: ActuationMap.for_firmware(firmware, hand=hand),
+    lambda firmware, hand: ActuationMap.for_firmware(firmware, side=hand),
     st.sampled_from(sorted(FIRMWARE)),
     st.sampled_from(["right", "left"]),
 )

@@ -67,7 +67,7 @@ def test_the_winding_matrix_has_full_rank_and_one_negative_entry():
     assert np.argwhere(MAP.winding_matrix < 0).tolist() == [[Channel.THUMB_FLEXOR, Joint.THUMB_CMC]]
 
 
-@pytest.mark.parametrize("window", WINDOWS, ids=lambda w: f"{w.name}-{w.hand}")
+@pytest.mark.parametrize("window", WINDOWS, ids=lambda w: f"{w.name}-{w.side}")
 def test_every_code_of_every_channel_survives_every_stage_that_inverts(window):
     codec = ActuationMap(window=window)
     codes = np.broadcast_to(np.arange(65536)[:, np.newaxis], (65536, 7))
@@ -79,7 +79,7 @@ def test_every_code_of_every_channel_survives_every_stage_that_inverts(window):
     np.testing.assert_array_equal(codec.codes_from_compact(compact), codes)
 
 
-@pytest.mark.parametrize("window", WINDOWS, ids=lambda w: f"{w.name}-{w.hand}")
+@pytest.mark.parametrize("window", WINDOWS, ids=lambda w: f"{w.name}-{w.side}")
 @given(unit=UNIT)
 def test_a_length_comes_back_within_half_a_code_but_for_the_thumb_cables(window, unit):
     codec = ActuationMap(window=window)

@@ -40,7 +40,7 @@ class Rig:
 @pytest.mark.parametrize("firmware", FIRMWARE)
 def test_a_posture_is_where_the_map_says_on_every_firmware(firmware, side):
     rig = Rig(firmware=firmware, side=side)
-    codec = ActuationMap.for_firmware(firmware, hand=side)
+    codec = ActuationMap.for_firmware(firmware, side=side)
     shafts = rig.shafts_deg_after(codec.codes_from_angles(np.deg2rad(ANGLES_DEG)))
     np.testing.assert_allclose(shafts, ANGLES_DEG, atol=TOLERANCE_DEG)
     np.testing.assert_allclose(np.rad2deg(codec.angles_from_codes(rig.hand.read_codes())), shafts, atol=0.7)

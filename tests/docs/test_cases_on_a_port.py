@@ -60,7 +60,7 @@ def test_a_usb_adapter_that_stalls(tmp_path):
 
 def leave_a_limit(bus):
     """Store an angle limit in the ring finger's servo, as another program does that uses the bus."""
-    window = ActuationMap.for_firmware("0.2.0", hand="right").window
+    window = ActuationMap.for_firmware("0.2.0", side="right").window
     one, other = window.extend_counts[Channel.RING], window.grasp_counts[Channel.RING]
     stop = round(one + 0.5 * (other - one))
     low, high = (0, stop) if other > one else (stop, 4095)

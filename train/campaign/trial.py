@@ -105,7 +105,7 @@ def perform(trial: Trial) -> Outcome:
     done, stopped, ended = Validation({}, FINISHED, 0.0), "", ""
     opening = open_target(
         firmware=trial.firmware,
-        hand=trial.side,
+        side=trial.side,
         unit=trial.unit,
         seed=trial.seed,
         homed=trial.homed,

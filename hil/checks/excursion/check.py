@@ -58,7 +58,7 @@ def simulated_fist(firmware: str, window: str, side: Side) -> NDArray[np.float64
     The simulator gets the codes converted to lengths by the map for this firmware, window and side, clipped to the
     actuator ranges.
     """
-    codec, simulator = ActuationMap.for_firmware(firmware, window, hand=side), RoutedHand(side)
+    codec, simulator = ActuationMap.for_firmware(firmware, window, side=side), RoutedHand(side)
     stages = codec.lengths_from_codes(np.vstack([np.zeros((1, len(Channel)), np.uint16), FIST]))
     reached = []
     for lengths in np.clip(stages, *simulator.command_range.T):

@@ -213,7 +213,7 @@ def one_closed(channel: Channel, fraction: float) -> NDArray[np.uint16]:
 
 def map_of(header: Header) -> ActuationMap:
     """Return the actuation map of a recording."""
-    return ActuationMap.for_firmware(header.firmware, header.window, hand=header.hand)
+    return ActuationMap.for_firmware(header.firmware, header.window, side=header.hand)
 
 
 def last_before(times: Floats, values: Floats, t: float) -> Floats:

@@ -42,7 +42,7 @@ class AeroHandRobot(Robot):
         self.config = config
         self.cameras = make_cameras_from_configs(config.cameras)
         hand = spec_of(config)
-        codec = ActuationMap.for_firmware(hand.firmware, hand=hand.side)
+        codec = ActuationMap.for_firmware(hand.firmware, side=hand.side)
         self._angles = AngleMap.corrected(codec, config.correction)
         self._lock = threading.Lock()
         self._open = ExitStack()

@@ -21,7 +21,7 @@ def spec_of(chosen: ChosenHandConfig) -> HandSpec:
         ValueError: an unknown name, side or firmware.
     """
     port = "pty" if chosen.port == EMULATED else chosen.port
-    return HandSpec.named(port, firmware=chosen.firmware, hand=chosen.side, unit=chosen.unit, seed=chosen.seed)
+    return HandSpec.named(port, firmware=chosen.firmware, side=chosen.side, unit=chosen.unit, seed=chosen.seed)
 
 
 @contextmanager

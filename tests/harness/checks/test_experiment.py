@@ -53,7 +53,7 @@ def test_a_metric_is_that_of_its_subject(subject):
 
 def test_the_map_of_a_recording_is_that_of_its_header():
     codec = map_of(HEADER)
-    assert (codec.window.name, codec.window.hand) == ("homed", "right")
+    assert (codec.window.name, codec.window.side) == ("homed", "right")
 
 
 def test_a_late_host_leaves_out_samples_and_keeps_to_the_plan():

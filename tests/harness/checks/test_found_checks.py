@@ -73,7 +73,7 @@ def test_a_board_that_falls_silent_ends_the_run_with_the_drivers_words(monkeypat
 @pytest.mark.slow
 @pytest.mark.parametrize(("firmware", "side"), [("pre", "right"), ("0.1.5", "left"), ("0.2.0", "right")])
 def test_the_suite_is_green_on_the_measured_hand(side, firmware):
-    with open_target(unit="reference", hand=side, firmware=firmware) as target:
+    with open_target(unit="reference", side=side, firmware=firmware) as target:
         result = validate(target, DEFAULT)
     assert [finding.sentence for finding in failed(result.findings)] == []
     assert math.isfinite(result.wall_seconds)

@@ -22,7 +22,7 @@ WINDOW = EXPERIMENTS["window"]
 @cache
 def measured(fault=None, *, homed=False, firmware="main", hand="right", unit="plausible:5"):
     faults = [parse_fault(fault)] if fault else []
-    with open_target(firmware=firmware, hand=hand, unit=unit, seed=1, homed=homed, faults=faults) as target:
+    with open_target(firmware=firmware, side=hand, unit=unit, seed=1, homed=homed, faults=faults) as target:
         return WINDOW.measure(record(WINDOW, target))
 
 

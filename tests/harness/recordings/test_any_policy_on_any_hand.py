@@ -88,7 +88,7 @@ def played(case):
     faults = [parse_fault(case.fault)] if case.fault else []
     result = recording = target = None
     opening = open_target(
-        unit=case.unit, hand=case.side, firmware=case.firmware, seed=case.seed, guarded=True, faults=faults,
+        unit=case.unit, side=case.side, firmware=case.firmware, seed=case.seed, guarded=True, faults=faults,
         thresholds=Thresholds(),
     )  # fmt: skip
     recorder = None

@@ -56,7 +56,7 @@ def test_hands_toml_options_and_python_say_the_same_hand(tmp_path, monkeypatch):
     expected = HandSpec("pty", "0.1.5", "left", hand_id="bench", twin="ideal")
     assert HandSpec.named("bench") == expected
     assert read_back(["--hil", "bench"], target) == expected
-    assert HandSpec.named("bench", hand="right") == replace(expected, side="right")
+    assert HandSpec.named("bench", side="right") == replace(expected, side="right")
     assert read_back(["--hil", "bench", "--hand", "right"], target) == replace(expected, side="right")
 
 
@@ -85,5 +85,5 @@ def test_a_physical_hand_is_guarded_unless_it_must_not_be():
 
 def test_a_hand_is_opened_by_its_spec_and_in_short():
     spec = HandSpec(firmware="0.1.5", side="left", seed=3)
-    with open_target(spec) as target_, open_target("emulated", firmware="0.1.5", hand="left", seed=3) as short:
+    with open_target(spec) as target_, open_target("emulated", firmware="0.1.5", side="left", seed=3) as short:
         assert target_.describe() == short.describe() == "left hand on emulated, firmware 0.1.5, unit reference, seed 3"

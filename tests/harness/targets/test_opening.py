@@ -29,9 +29,9 @@ def test_the_same_seed_gives_the_same_bytes_at_the_same_times():
 
 
 def test_an_emulated_hand_is_opened_as_asked():
-    with open_target(firmware="pre", hand="left", seed=5) as target:
+    with open_target(firmware="pre", side="left", seed=5) as target:
         assert (target.firmware, target.side, target.seed, target.unit) == ("pre", "left", 5, "reference")
-        assert target.map.window.hand == "left"
+        assert target.map.window.side == "left"
         assert not target.real_time
         assert target.describe() == "left hand on emulated, firmware pre, unit reference, seed 5"
         assert target.get(GroundTruth).plant.joint_angles().shape == (16,)

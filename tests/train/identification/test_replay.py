@@ -43,7 +43,7 @@ def recorded(unit, plan, tmp_path, side="right"):
     """Record an excitation of a hand of this unit."""
     path = tmp_path / "hand.toml"
     path.write_text(unit_toml(unit, "", {}), encoding="utf-8")
-    with open_target("emulated", unit=str(path), hand=side, seed=3) as target:
+    with open_target("emulated", unit=str(path), side=side, seed=3) as target:
         return Trace.from_recording(excitation_of(target, plan), plan.name)
 
 
