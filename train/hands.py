@@ -94,8 +94,8 @@ def in_training(unit: Unit) -> Unit:
     The supply does not sag: less than 1 % at grasp loads, against 10 % in the drawn ratio. Sheath friction is constant
     between closures: the range drawn for each hand is wider.
     """
-    hand = replace(unit.hand, contacts=True, timestep=TIMESTEP_S, supply_sag=0.0, cable_friction_spread=0.0)
-    return replace(unit, hand=hand)
+    mechanics = replace(unit.hand, contacts=True, timestep=TIMESTEP_S, supply_sag=0.0, cable_friction_spread=0.0)
+    return replace(unit, hand=mechanics)
 
 
 def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
@@ -123,7 +123,7 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
     closed = np.maximum(closed, 1.02 * opened)
     rotor_inertia = float(rng.uniform(*ranges.rotor_inertia))
     servos = replace(RECORDED.servos, no_load_speed_counts=float(rng.uniform(*ranges.no_load_speed_counts)))
-    hand = replace(
+    mechanics = replace(
         DEFAULT.hand,
         rotor_inertia=(rotor_inertia,) * len(Channel),
         supply_ratio=float(rng.uniform(*ranges.supply_ratio)),
@@ -140,7 +140,7 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
         joint_friction=tuple(joints(ranges.joint_friction).tolist()),
         joint_damping=tuple(joints(ranges.joint_damping).tolist()),
     )
-    return Unit("drawn", hand=hand, servos=servos)
+    return Unit("drawn", hand=mechanics, servos=servos)
 
 
 def draw_healthy(rng: np.random.Generator) -> Unit:

@@ -139,14 +139,14 @@ def replay(*, recording: Path, target_name: str, firmware: str | None, unit: str
         if out is not None:
             prepared_file(out)
         said = fields_of(target_name)  # a name in hands.toml overrides the recording
-        hand = HandSpec.named(
+        spec = HandSpec.named(
             target_name,
             firmware=firmware or said.get("firmware", header.firmware),
             side=said.get("side", header.hand),
             unit=unit or _unit(header),
             seed=header.seed,
         )
-    with open_hand(hand) as opened:
+    with open_hand(spec) as opened:
         with usage_errors():
             check_replayable(recorded, opened)
         replayed = resend(recorded, opened)

@@ -49,9 +49,9 @@ def view(*, recording: Path) -> None:
 
 
 def _title(header: Header) -> str:
-    hand = hand_words(
+    words = hand_words(
         header.hand, header.target, header.firmware, unit=header.unit, seed=header.seed, hand_id=header.hand_id,
         wrong=header.faults,
     )  # fmt: skip
     when = f", {header.started[:19].replace('T', ' ')}" if header.started else ""
-    return f"{header.experiment}: {hand}{when}"
+    return f"{header.experiment}: {words}{when}"

@@ -90,16 +90,16 @@ def _recorded(recording: Recording) -> Iterator[TimedEntry]:
 def _added(recording: Recording) -> Iterator[TimedEntry]:
     """Yield the additional entries for Foxglove's panels."""
     header = recording.header
-    at, hand = _timestamp(header, 0.0), PosedHand(header.hand)
-    yield _entry("/hand/scene", 0.0, scene(hand, at))
-    yield _entry("/hand/frames", 0.0, frames(hand, np.zeros(len(Joint)), at))
+    at, posed = _timestamp(header, 0.0), PosedHand(header.hand)
+    yield _entry("/hand/scene", 0.0, scene(posed, at))
+    yield _entry("/hand/frames", 0.0, frames(posed, np.zeros(len(Joint)), at))
     for topic, series in (("/joints/measured", "codes"), ("/joints/commanded", "command_codes")):
         for t, joints in _postures(recording, series):
             at = _timestamp(header, t)
             states = [JointState(name=joint.label, position=float(joints[joint])) for joint in Joint]
             yield _entry(topic, t, JointStates(timestamp=at, joints=states))
             if series == "codes":
-                yield _entry("/hand/frames", t, frames(hand, joints, at))
+                yield _entry("/hand/frames", t, frames(posed, joints, at))
     yield from _findings(recording)
 
 

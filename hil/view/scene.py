@@ -69,8 +69,8 @@ class DrawnHand:
         if known:
             self._commanded.pose(commanded)
         with self._server.atomic():
-            for links, hand in ((self._links, self._hand), (self._bones, self._commanded)):
-                for body, position, quaternion in hand.frames():
+            for links, posed in ((self._links, self._hand), (self._bones, self._commanded)):
+                for body, position, quaternion in posed.frames():
                     if body in links:
                         links[body].position, links[body].wxyz = position, quaternion
             for bone in self._bones.values():

@@ -49,9 +49,9 @@ class Conditions:
 
     def applied(self, unit: Unit) -> Unit:
         """Return the unit under these conditions, without the host's delays and the board's limits."""
-        hand, servos = unit.hand, unit.servos
+        mechanics, servos = unit.hand, unit.servos
         if self.tilt_rad:
-            hand = dataclasses.replace(hand, down=self.down)
+            mechanics = dataclasses.replace(mechanics, down=self.down)
         if self.room_c is not None:
             rest = self.room_c + IDLE_RISE_C
             start = self.room_c + self.work * WORK_RISE_C
@@ -62,15 +62,17 @@ class Conditions:
                 start_temperature_c=start,
                 stall_torque=servos.stall_torque / (1.0 + COPPER_PER_K * warmer),
             )
-            friction = tuple(value * math.exp(-GREASE_PER_K * warmer) for value in hand.spool_friction)
-            hand = dataclasses.replace(hand, spool_friction=friction)
+            friction = tuple(value * math.exp(-GREASE_PER_K * warmer) for value in mechanics.spool_friction)
+            mechanics = dataclasses.replace(mechanics, spool_friction=friction)
         if self.supply_ratio is not None:
-            hand = dataclasses.replace(hand, supply_ratio=self.supply_ratio)
+            mechanics = dataclasses.replace(mechanics, supply_ratio=self.supply_ratio)
             servos = dataclasses.replace(servos, voltage=NOMINAL_V * self.supply_ratio)
         if any(self.pretension_m):
-            take_up = zip(hand.cable_take_up, self.pretension_m, strict=True)
-            hand = dataclasses.replace(hand, cable_take_up=tuple(length - tighter for length, tighter in take_up))
-        return dataclasses.replace(unit, hand=hand, servos=servos)
+            take_up = zip(mechanics.cable_take_up, self.pretension_m, strict=True)
+            mechanics = dataclasses.replace(
+                mechanics, cable_take_up=tuple(length - tighter for length, tighter in take_up)
+            )
+        return dataclasses.replace(unit, hand=mechanics, servos=servos)
 
 
 @dataclass(frozen=True)

@@ -91,27 +91,27 @@ def plausible_unit(seed: int) -> Unit:
         factors = np.exp(draw.uniform(-width, width, np.shape(value)))
         drawn = np.multiply(value, factors)
         tables[section][field] = tuple(drawn.tolist()) if isinstance(value, tuple) else float(drawn)
-    hand = tables["hand"]
+    mechanics = tables["hand"]
     loads = np.ones(16)
     width = math.log(FINGER_SPRING_FACTOR)
     loads[:12] = np.repeat(np.exp(draw.uniform(-width, width, 4)), 3)
     for field in ("spring_open", "spring_closed"):
-        hand[field] = tuple(np.multiply(hand[field], loads).tolist())
-    take_up = np.array(hand["cable_take_up"])
+        mechanics[field] = tuple(np.multiply(mechanics[field], loads).tolist())
+    take_up = np.array(mechanics["cable_take_up"])
     lengths = np.interp(draw.uniform(0.0, 1.0, len(CABLES)), (0.0, 0.5, 1.0), TAKE_UP_M)
     take_up[list(FINGERS)] = lengths[:4]
     take_up[[Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR]] += lengths[4:]
-    hand["cable_take_up"] = tuple(take_up.tolist())
-    stops = np.array(hand["closed_stop"])
+    mechanics["cable_take_up"] = tuple(take_up.tolist())
+    stops = np.array(mechanics["closed_stop"])
     stops[Joint.THUMB_CMC] = draw.uniform(*CMC_STOP_RAD)
-    hand["closed_stop"] = tuple(stops.tolist())
-    hand["thenar_radius"] = float(draw.uniform(*THENAR_M))
+    mechanics["closed_stop"] = tuple(stops.tolist())
+    mechanics["thenar_radius"] = float(draw.uniform(*THENAR_M))
     tables["servos"]["acceleration_unit_counts"] = float(draw.uniform(*ACCELERATION_UNIT_COUNTS))
     tables["servos"]["start_temperature_c"] = float(draw.uniform(*START_C))
     return dataclasses.replace(
         unit,
         name=f"{PLAUSIBLE}{seed}",
         description=f"Drawn around the reference unit with seed {seed}",
-        hand=dataclasses.replace(unit.hand, **hand),
+        hand=dataclasses.replace(unit.hand, **mechanics),
         servos=dataclasses.replace(unit.servos, **tables["servos"]),
     )

@@ -92,8 +92,8 @@ def over_hands(
         if correct == WRONG and twins is None:
             error = np.random.default_rng((number, WRONG_STREAM)).standard_normal(len(Channel))
             row = row + WRONG_M * error * np.isin(np.arange(len(Channel)), CABLES)
-        hand = HandSpec(unit=unit, seed=number, side=SIDES[k % len(SIDES)], guarded=True, cube=cube)
-        made.append(Case(ANY_CUBE, hand, RunSettings(seconds=seconds, correction=tuple(row.tolist()))))
+        spec = HandSpec(unit=unit, seed=number, side=SIDES[k % len(SIDES)], guarded=True, cube=cube)
+        made.append(Case(ANY_CUBE, spec, RunSettings(seconds=seconds, correction=tuple(row.tolist()))))
     if not made:
         raise ValueError(f"{twins} has no {seed}.toml, nor the unit file of another hand of this evaluation")
     return made
@@ -141,8 +141,8 @@ class Deployment:
             unit = f"{PLAUSIBLE}{number}" if self.unit == ANY_HAND else self.unit
             whose = unit if self.correction == EXACT else self.correction
             row = named_correction(whose, settings.settings or policy.settings)
-            hand = HandSpec(unit=unit, firmware=self.firmware, seed=number, guarded=self.guarded, cube=cube)
-            found.append(Case(self.name, hand, replace(settings, correction=tuple(row.tolist()))))
+            spec = HandSpec(unit=unit, firmware=self.firmware, seed=number, guarded=self.guarded, cube=cube)
+            found.append(Case(self.name, spec, replace(settings, correction=tuple(row.tolist()))))
         return found
 
 

@@ -26,8 +26,8 @@ def _by_channel(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def window_counts(side: HandSide) -> NDArray[np.float64]:
     """Return the width of each channel's command window, (7,) servo counts."""
-    hand = HANDS[side]
-    return _by_channel(np.abs(np.subtract(hand.grasp, hand.extend, dtype=float)))
+    config = HANDS[side]
+    return _by_channel(np.abs(np.subtract(config.grasp, config.extend, dtype=float)))
 
 
 def closing_current_sign(side: HandSide) -> NDArray[np.float64]:
@@ -36,8 +36,8 @@ def closing_current_sign(side: HandSide) -> NDArray[np.float64]:
     Registers are positive toward lower counts (one physical hand, public logs June-July 2026,
     TTdragoAlex/tetherIA-aero-hand-open 58b518e).
     """
-    hand = HANDS[side]
-    return _by_channel(np.sign(np.subtract(hand.extend, hand.grasp, dtype=float)))
+    config = HANDS[side]
+    return _by_channel(np.sign(np.subtract(config.extend, config.grasp, dtype=float)))
 
 
 CHANNELS = len(Channel)

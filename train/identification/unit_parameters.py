@@ -200,8 +200,8 @@ def apply(unit: Unit, free: Sequence[Free], x: Floats) -> Unit:
     """
     tables = _moved(unit, free, x)
     servos = dataclasses.replace(unit.servos, **tables["servos"])
-    hand = dataclasses.replace(unit.hand, **tables["hand"])
-    return dataclasses.replace(unit, servos=servos, hand=hand)
+    mechanics = dataclasses.replace(unit.hand, **tables["hand"])
+    return dataclasses.replace(unit, servos=servos, hand=mechanics)
 
 
 def _moved(unit: Unit, free: Sequence[Free], x: Floats) -> Tables:
@@ -235,13 +235,15 @@ def numbers_at(unit: Unit, free: Sequence[Free], x: Floats) -> dict[str, Floats]
     return {name: np.atleast_1d(tables[section][field]) for name, section, field in fields}
 
 
-def _with_rise(hand: dict[str, Any]) -> dict[str, Any]:
-    return hand | {"spring_rise": tuple(np.subtract(hand["spring_closed"], hand["spring_open"]).tolist())}
+def _with_rise(mechanics: dict[str, Any]) -> dict[str, Any]:
+    return mechanics | {
+        "spring_rise": tuple(np.subtract(mechanics["spring_closed"], mechanics["spring_open"]).tolist())
+    }
 
 
-def _without_rise(hand: dict[str, Any]) -> dict[str, Any]:
-    kept = {field: value for field, value in hand.items() if field != "spring_rise"}
-    return kept | {"spring_closed": tuple(np.add(hand["spring_open"], hand["spring_rise"]).tolist())}
+def _without_rise(mechanics: dict[str, Any]) -> dict[str, Any]:
+    kept = {field: value for field, value in mechanics.items() if field != "spring_rise"}
+    return kept | {"spring_closed": tuple(np.add(mechanics["spring_open"], mechanics["spring_rise"]).tolist())}
 
 
 def _misses(trace: Trace, unit: Unit, firmware: str, phase_s: float) -> Floats:
