@@ -26,7 +26,7 @@ ITS_OWN_WAY = {
     "hil/targets/delays.py": "/proc",
     "hil/verdict/limits.py": "a file of the installation",
     "hil/cli/output.py": "standard streams",
-    "hil/cli/doctor/hand.py": "/proc",
+    "hil/cli/doctor/ports.py": "/proc",
     "hil/recordings/provenance.py": "a file of the installation",
     "hil/recordings/output.py": "locks a folder",
     "train/shipped.py": "files of the checkout",

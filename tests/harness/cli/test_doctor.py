@@ -12,7 +12,8 @@ from aero.errors import LinkTimeoutError
 from aero.exit_code import Exit
 from hil.cli.doctor import exit_code, hand
 from hil.cli.doctor.finding import Examined, Subject, Verdict
-from hil.cli.doctor.hand import (
+from hil.cli.doctor.machine import check_jitter, needs
+from hil.cli.doctor.ports import (
     HAND_USB,
     SPANS,
     UDEV_COPY,
@@ -25,7 +26,6 @@ from hil.cli.doctor.hand import (
     check_ports,
     holders,
 )
-from hil.cli.doctor.machine import check_jitter, needs
 from hil.cli.exits import ending
 from hil.targets.hand_spec import HandSpec
 from hil.targets.pty_process import serve_in_child

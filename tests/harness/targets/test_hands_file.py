@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import hil
 from aero.safety import Thresholds
 from hil.cli import main
-from hil.cli.doctor.hand import Answers
+from hil.cli.doctor.ports import Answers
 from hil.targets.hands_file import NAME, PORT, add_hand, fields_of, read_hands
 
 pytest_plugins = ["pytester"]
@@ -131,7 +131,7 @@ def test_what_is_added_is_read_again_and_the_rest_stays(tmp_path_factory, name, 
 
 def test_doctor_saves_a_hand_that_answers_and_never_another_s_name(folders, monkeypatch):
     answers = Answers((20_000,) * 7, knows_limits=True, knows_calibrate_mid=True, boot_text="")
-    monkeypatch.setattr("hil.cli.doctor.hand.ask", lambda _port: answers)
+    monkeypatch.setattr("hil.cli.doctor.ports.ask", lambda _port: answers)
     (folders[0] / "hands.toml").write_text(BENCH)
     run = CliRunner().invoke
     refused = run(main, ["doctor", "--hil", "/dev/ttyACM3", "--save", "bench-left"])
