@@ -10,7 +10,7 @@ import pytest
 
 from aero.errors import LinkTimeoutError
 from aero.exit_code import Exit
-from hil.cli.doctor import exit_code, hand
+from hil.cli.doctor import exit_code, ports
 from hil.cli.doctor.finding import Examined, Subject, Verdict
 from hil.cli.doctor.machine import check_jitter, needs
 from hil.cli.doctor.ports import (
@@ -144,10 +144,10 @@ def test_the_command_prints_json_and_says_that_no_hand_answers() -> None:
 
 
 def test_a_busy_computer_is_named_before_the_hand(monkeypatch: pytest.MonkeyPatch) -> None:
-    def silent(port: str) -> hand.Answers:
+    def silent(port: str) -> ports.Answers:
         raise LinkTimeoutError("no reply")
 
-    monkeypatch.setattr(hand, "ask", silent)
+    monkeypatch.setattr(ports, "ask", silent)
     for load, said in ((1.0, "no reply"), (11.0, "this computer is busy (load 11 on 2 cores)")):
-        monkeypatch.setattr(hand, "_load", lambda load=load: (load, 2))
-        assert next(hand.check_hand("port")).finding.startswith(said)
+        monkeypatch.setattr(ports, "_load", lambda load=load: (load, 2))
+        assert next(ports.check_hand("port")).finding.startswith(said)
