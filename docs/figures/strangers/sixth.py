@@ -301,7 +301,7 @@ def gentle_tool(side, fault):
 
     def clear():
         side.link.remove(fault)
-        board = side.hand.board
+        board = side.electronics.board
         for at, left in enumerate(board.torque):
             if left == torque:
                 board.torque[at] = board.profile.torque

@@ -36,7 +36,7 @@ def move(target, seconds):
 
 def parts_of(bench):
     """Numbers of the mechanics and of the electronics that a fault may change, without the homing's."""
-    compiled, hand = bench.mechanics.compiled, bench.hand
+    compiled, hand = bench.mechanics.compiled, bench.electronics
     return (
         {name: getattr(compiled.model, name).tolist() for name in MECHANICS},
         compiled.model.dof_frictionloss[compiled.joint_dofs].tolist(),
