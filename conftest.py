@@ -1,6 +1,7 @@
 """Report of the tests that a session collected and executed, written only for CI: `.ci/executed.py` adds them up."""
 
-import json
+from __future__ import annotations
+
 import os
 import uuid
 from collections.abc import Sequence
@@ -12,27 +13,28 @@ FOLDER = os.environ.get("EXECUTED_TESTS")
 
 
 class ExecutedTests:
-    """Node identifiers of one process; each worker of pytest-xdist writes a file of its own."""
+    """Node identifiers of one process, written as they come, for a session that is cut; each worker has its file."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._collected: set[str] = set()
-        self._executed: set[str] = set()
+        folder.mkdir(parents=True, exist_ok=True)
+        self._report = folder / f"{uuid.uuid4()}.txt"
 
-    def pytest_itemcollected(self, item: pytest.Item) -> None:
-        """Note a test, before any option deselects it."""
-        self._collected.add(item.nodeid)
+    def _note(self, what: str, nodes: Sequence[str]) -> None:
+        with self._report.open("a", encoding="utf-8") as report:
+            report.writelines(f"{what} {node}\n" for node in nodes)
+
+    def pytest_deselected(self, items: Sequence[pytest.Item]) -> None:
+        """Note tests that an option leaves to other sessions."""
+        self._note("deselected", [item.nodeid for item in items])
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Note the tests that the session is to execute."""
+        self._note("selected", [item.nodeid for item in session.items])
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Note a test whose call ended in anything but a skip."""
         if report.when == "call" and not report.skipped:
-            self._executed.add(report.nodeid)
-
-    def pytest_sessionfinish(self) -> None:
-        """Write the report."""
-        self._folder.mkdir(parents=True, exist_ok=True)
-        table: dict[str, Sequence[str]] = {"collected": sorted(self._collected), "executed": sorted(self._executed)}
-        (self._folder / f"{uuid.uuid4()}.json").write_text(json.dumps(table), encoding="utf-8")
+            self._note("executed", [report.nodeid])
 
 
 def pytest_configure(config: pytest.Config) -> None:

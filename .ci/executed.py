@@ -1,42 +1,69 @@
 """Fail for each test that no environment of CI executed and that no row of `not_executed.toml` excuses.
 
-`python .ci/executed.py FOLDER`, with the reports that the `conftest.py` beside `tox.ini` wrote there.
+`python .ci/executed.py FOLDER`, with a folder for each run of tox, in which the `conftest.py` beside `tox.ini` wrote
+the reports, and `.ci/run` the file `cut` if its time-out ended the run.
 """
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def not_executed(reports: Iterable[Mapping[str, Sequence[str]]], files: Iterable[str]) -> list[str]:
-    """Return tests that were collected and never executed, and test files of which none was.
+@dataclass(frozen=True)
+class Run:
+    """Node identifiers of all processes of one run of tox."""
+
+    name: str
+    deselected: frozenset[str] = frozenset()
+    selected: frozenset[str] = frozenset()
+    executed: frozenset[str] = frozenset()
+    cut: bool = False
+    """True if its time-out ended it."""
+
+
+def read_run(folder: Path) -> Run:
+    """Return the run whose reports are in a folder."""
+    lines = [line for path in folder.glob("*.txt") for line in path.read_text(encoding="utf-8").splitlines()]
+    notes = [line.partition(" ")[::2] for line in lines]
+
+    def nodes(kind: str) -> frozenset[str]:
+        return frozenset(node for what, node in notes if what == kind)
+
+    cut = (folder / "cut").exists()
+    return Run(folder.name, nodes("deselected"), nodes("selected"), nodes("executed"), cut)
+
+
+def not_executed(runs: Iterable[Run], files: Iterable[str]) -> tuple[dict[str, str], list[str]]:
+    """Return tests that a cut run did not reach, with its name, and others that were not executed.
 
     Args:
-        reports: `collected` and `executed` node identifiers of each session.
-        files: all test files, relative to the root; a file that is skipped as a whole collects nothing.
+        runs: all runs.
+        files: all test files, relative to the root; a file without an executed test stands for all of its tests, for
+            a file that is skipped as a whole collects nothing.
     """
-    collected: set[str] = set()
-    executed: set[str] = set()
-    for report in reports:
-        collected |= set(report["collected"])
-        executed |= set(report["executed"])
-    used = {node.partition("::")[0] for node in executed}
+    runs = list(runs)
+    executed = frozenset[str]().union(*(run.executed for run in runs))
+    known = frozenset[str]().union(*(run.selected | run.deselected for run in runs))
+    unreached = {node: run.name for run in runs if run.cut for node in run.selected - executed}
+    used = {node.partition("::")[0] for node in (*executed, *unreached)}
     unused = set(files) - used
-    return sorted(unused | {node for node in collected - executed if node.partition("::")[0] not in unused})
+    missed = {node for node in known - executed - set(unreached) if node.partition("::")[0] not in unused}
+    return unreached, sorted(unused | missed)
 
 
 def main(folder: Path) -> int:
     """Print the unexcused tests; return the exit code."""
-    reports = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))]
-    if not reports:
+    runs = [read_run(path) for path in sorted(folder.iterdir()) if path.is_dir()] if folder.is_dir() else []
+    executed = frozenset[str]().union(*(run.executed for run in runs))
+    if not executed:
         print(f"no reports in {folder}: EXECUTED_TESTS did not reach pytest")
         return 1
     patterns = ("tests/**/test_*.py", "feetech_robots/tests/**/test_*.py", "lerobot_robot_aero/tests/**/test_*.py")
@@ -45,12 +72,14 @@ def main(folder: Path) -> int:
         cwd=ROOT, capture_output=True, text=True, check=True,
     ).stdout.split()  # fmt: skip
     excuses = tomllib.loads((ROOT / ".ci" / "not_executed.toml").read_text(encoding="utf-8"))["excuse"]
-    missed = not_executed(reports, listed)
+    unreached, missed = not_executed(runs, listed)
     unexcused = [test for test in missed if not any(fnmatchcase(test, row["tests"]) for row in excuses)]
+    for test, name in sorted(unreached.items()):
+        print(f"not judged, because {name} was cut by its time-out: {test}")
     for test in unexcused:
         print(f"no environment of CI executed {test}")
-    executed = len(set().union(*(report["executed"] for report in reports)))
-    print(f"{executed} tests executed, {len(missed) - len(unexcused)} excused, {len(unexcused)} missed")
+    excused = len(missed) - len(unexcused)
+    print(f"{len(executed)} tests executed, {excused} excused, {len(unreached)} not judged, {len(unexcused)} missed")
     return bool(unexcused)
 
 

@@ -17,6 +17,9 @@ if find_spec("hypothesis"):
     settings.register_profile("nightly", settings.get_profile("dev"), max_examples=2000)
     settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dev"))
 
-# A shell starts what it runs in the background with Ctrl-C ignored, and so would programs be that tests interrupt.
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+# A shell starts what it runs in the background with Ctrl-C ignored, and so would programs be that tests interrupt;
+# `nohup` ignores the end of its terminal.
+for name, usual in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.SIG_DFL)):
+    number = getattr(signal, name, None)  # Windows has no SIGHUP
+    if number is not None and signal.getsignal(number) is signal.SIG_IGN:
+        signal.signal(number, usual)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from nightly import NIGHTLY
 
 from firmware_emulator.compare.run import compare, contender
 from firmware_emulator.compare.trace_file import TraceFileError, read_traces, write_traces
@@ -32,6 +33,8 @@ HOMINGS = 3
 
 QUICK = {("pre", "right"), ("0.2.0", "right"), ("main", "left")}
 """In the default suite; the slow tests have all."""
+HOMED = {("0.2.0", "right"), ("pre", "left"), ("0.1.0", "right"), ("0.1.3", "left"), ("main", "left")}
+"""A hand of each version that homes in its own way; nightly tests have all."""
 
 
 RECORDED_SERVOS = replace(
@@ -86,7 +89,11 @@ def test_every_version_boots_as_the_real_board(version, hand):
 
 @pytest.mark.parametrize(
     ("version", "hand"),
-    [key if key == ("0.2.0", "right") else pytest.param(*key, marks=pytest.mark.slow) for key in RECORDED],
+    [
+        key if key == ("0.2.0", "right") else pytest.param(*key, marks=pytest.mark.slow)
+        for key in RECORDED
+        if NIGHTLY or key in HOMED
+    ],
 )
 def test_every_event_of_homing_is_that_of_the_real_board(version, hand):
     found = list(differences(version, hand, TRACES / f"{version}-{hand}-homing.jsonl.xz"))

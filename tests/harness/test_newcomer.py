@@ -77,7 +77,7 @@ def test_a_metric_is_added_in_the_folder_of_its_check(copy):
         "worse = regressions(Baseline('mine', {}, {'holding': {'ring': {'peak_current': 0.01}}}), done.numbers)\n"
         "print([finding.passed for finding in worse if finding.check.startswith('peak_current')])\n"
     )
-    assert run(copy, program) == ["True", "Free", "it.", "['above']", "[False]"]
+    assert run(copy, program) == ["True", "A", "['above']", "[False]"]
 
 
 def test_an_experiment_is_a_folder(copy):

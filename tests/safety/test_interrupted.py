@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nightly import NIGHTLY
 
 import aero
 from aero import AeroHand, Channel
@@ -90,12 +91,14 @@ def assert_open_and_weak(electronics):
 
 EVERY, LAST = 24, 400
 """The default suite interrupts one line in so many; beyond the last there is none."""
+STEP = 1 if NIGHTLY else 4
+"""The slow tests interrupt one line in so many."""
 FEWEST = 200
 """Lines of the driver and its guard that a start and a program have at least, or they are not seen."""
 at_each_line = pytest.mark.parametrize(
     "numbers",
     [(number,) for number in range(1, LAST, EVERY)]
-    + [pytest.param(range(n + 1, n + EVERY), marks=pytest.mark.slow) for n in range(1, LAST, EVERY)],
+    + [pytest.param(range(n + 1, n + EVERY, STEP), marks=pytest.mark.slow) for n in range(1, LAST, EVERY)],
     ids=lambda numbers: f"{numbers[0]}-{numbers[-1]}",
 )
 

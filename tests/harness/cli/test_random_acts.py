@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nightly import NIGHTLY
 
 from aero.channels import Channel
 from firmware_emulator.links import pty
@@ -86,7 +87,7 @@ def test_random_acts_end_no_emulator(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(50))
+@pytest.mark.parametrize("seed", range(50 if NIGHTLY else 10))
 def test_a_thousand_random_acts_end_no_emulator(seed, monkeypatch):
     walk(seed, 1000, monkeypatch)
 

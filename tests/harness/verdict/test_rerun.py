@@ -18,7 +18,7 @@ GENTLE = ("presence", "audit")
 SHORT = ["motor_dead:ring", "winding_reversed:ring", "reply_lost=0.3", "gear_jammed:thumb_flexor"]
 ENDING = ["servo_silent", "link_silent", "link_hangs_up", "reply_stale"]
 DRAWN = ["calibrated_mid", "calibrated_mid_and_homed", "boot_text", "board_restart", "board_hangs", "reply_junk"]
-"""What happens once, or by chance: what else runs again shows what it showed."""
+"""What happens once, or by chance, so that it may show less when it is run again; what else runs shows what it did."""
 AGAIN = Proposal(steps()["again"])
 
 
@@ -46,7 +46,7 @@ def test_what_a_default_run_finds_fails_again(name):
             outcome, run = rerun(target, case, AGAIN)
     except FaultNeverFiredError:
         pytest.skip("nothing came its way")
-    assert outcome is StepOutcome.STAYS
+    assert outcome in ({StepOutcome.STAYS, StepOutcome.PARTLY} if name in DRAWN else {StepOutcome.STAYS})
     assert not run.passed
 
 
