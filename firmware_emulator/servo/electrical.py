@@ -30,7 +30,9 @@ class CurrentLaw:
         self._at_rest_always = not servo.current_turning_ma and math.isinf(servo.current_fading_counts)
         self._floor = servo.current_floor_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
         self._turning = servo.current_turning_ma / CURRENT_UNIT_MA / (servo.stall_torque * servo.duty_per_count)
-        self._begins, self._fades = servo.current_turning_counts**2, servo.current_fading_counts**2
+        # Products, because a power of a large parameter raises OverflowError.
+        self._begins = servo.current_turning_counts * servo.current_turning_counts
+        self._fades = servo.current_fading_counts * servo.current_fading_counts
 
     def at_rest(self, effort: float) -> float:
         """Return the current of a motor held at an effort (N m, sign ignored).

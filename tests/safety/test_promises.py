@@ -17,7 +17,7 @@ from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from hil.faults import CATALOGUE
 
-PROGRAMS = int(os.environ.get("PROMISE_PROGRAMS", "100"))
+PROGRAMS = int(os.environ.get("PROMISE_PROGRAMS", "50"))
 SEED = int(os.environ.get("PROMISE_SEED", "0"))
 HOW = settings(
     deadline=None,

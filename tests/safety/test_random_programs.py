@@ -16,7 +16,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition,
 
 from aero.protocol import MAX_CODE
 
-PROGRAMS = int(os.environ.get("RANDOM_PROGRAMS", "100"))
+PROGRAMS = int(os.environ.get("RANDOM_PROGRAMS", "40"))
 QUICK = {"max_examples": 12, "stateful_step_count": 10}
 HOW = settings(deadline=None, suppress_health_check=list(HealthCheck), report_multiple_bugs=False, print_blob=False)
 

@@ -1,18 +1,16 @@
 """Every experiment passes on a good hand, and measures what a hand with a known property has."""
 
 import json
-import math
 
 import numpy as np
 import pytest
 
 from aero.errors import LinkTimeoutError
 from hil import open_target
-from hil.checks import DEFAULT, EXPERIMENTS
+from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import record
 from hil.recordings.output import json_text
 from hil.report.results import checks_json
-from hil.verdict.findings import failed
 from hil.verdict.validation import validate
 
 SOME = ("presence", "audit")
@@ -67,13 +65,3 @@ def test_a_board_that_falls_silent_ends_the_run_with_the_drivers_words(monkeypat
     assert result.results == {}
     assert "may be homing" in result.end.finding.meaning
     assert not result.passed
-
-
-# Of the default hand, tests/harness/report has a complete run.
-@pytest.mark.slow
-@pytest.mark.parametrize(("firmware", "side"), [("pre", "right"), ("0.1.5", "left"), ("0.2.0", "right")])
-def test_the_suite_is_green_on_the_measured_hand(side, firmware):
-    with open_target(unit="reference", side=side, firmware=firmware) as target:
-        result = validate(target, DEFAULT)
-    assert [finding.sentence for finding in failed(result.findings)] == []
-    assert math.isfinite(result.wall_seconds)
