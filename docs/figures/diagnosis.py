@@ -24,6 +24,8 @@ from hil.faults.fault import Fault, Injection
 from hil.recordings.provenance import source_commit
 
 DRAWN, HEALTHY = 30, 6
+DECLARED = ("0.2.0", "0.1.5")
+"""Firmware of the hands; a board that runs it has no fault."""
 SIDES: tuple[Side, ...] = ("right", "left")
 HEADER = ["set", "found", "part right", "good part convicted", "open", "gone on a broken hand", "steps", "minutes"]
 
@@ -40,12 +42,13 @@ class PlayedSet(NamedTuple):
 def drawn(seed: int) -> list[tuple[Injection]]:
     """Return faults of the catalogue, of medium or large severity, drawn by a seed."""
     random = Random(seed)
+    kinds = [fault for name, fault in CATALOGUE.items() if name.removeprefix("board_runs_") not in DECLARED]
 
     def one(fault: Fault) -> Injection:
         channel = random.choice(fault.channels) if fault.channels else None
         return fault.at(random.choice(fault.steps()[1:] or fault.steps()), channel)
 
-    return [(one(fault),) for fault in random.sample(list(CATALOGUE.values()), DRAWN)]
+    return [(one(fault),) for fault in random.sample(kinds, DRAWN)]
 
 
 ALL = (
@@ -81,7 +84,7 @@ class CaseEnd:
 def played(row: int, number: int) -> CaseEnd:
     """Play one case of a set."""
     faults, seed = ALL[row].faults[number], ALL[row].first_seed + number
-    one = play(faults, f"plausible:{seed}", seed, ("0.2.0", "0.1.5")[number % 2], SIDES[number // 2 % 2])
+    one = play(faults, f"plausible:{seed}", seed, DECLARED[number % 2], SIDES[number // 2 % 2])
     return CaseEnd(
         " ".join(map(str, faults)),
         one.found,

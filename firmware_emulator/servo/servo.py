@@ -7,6 +7,7 @@ times a second, does not restart the ramp.
 """
 
 from random import Random
+from typing import Self
 
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.servo import control
@@ -149,6 +150,12 @@ class Servo:
             self._last_goal = None
             memory.set("torque_enable", control.OFF)
             self._control_written()
+
+    def exchange_heat(self, other: Self) -> None:
+        """Exchange case and motor temperatures with another servo, as two servos that change places do."""
+        self._heat, other._heat = other._heat, self._heat
+        for servo in (self, other):
+            servo.feedback.temperature_c = sum(servo._heat)
 
     def heat_to(self, celsius: float) -> None:
         """Set case and motor to one temperature (°C)."""

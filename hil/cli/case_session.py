@@ -11,7 +11,7 @@ from typing import Protocol
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
 from aero.firmware import LONGEST_BOOT_S
-from aero.safety import SafetyStopError
+from aero.safety import SafetyReason, SafetyStopError
 from aero.whole_file import write_whole
 from hil.cli.before_moving import motion
 from hil.cli.options import open_hand
@@ -44,6 +44,12 @@ OUTCOMES = (
 )
 CONNECTED = "No hand answers. Are the supply and all plugs connected as before?"
 ALL_CONNECTED = (Option("all is connected", True), Option("something was off", False, "o"))
+REPEAT = "The run is inconclusive: a busy computer, or servos that were hot. Ready to repeat it."
+REPEATED = Option("repeat", StepOutcome.STAYS)
+RUNS = 3
+"""Limit of runs after one step; a step without a conclusive run counts as not done."""
+COOLS_S = 300.0
+"""Time for servos to cool down after a stop for their temperature, s."""
 TRY_S = 1.0
 """Period of connection attempts to a board that may be homing, s."""
 
@@ -125,10 +131,7 @@ class CaseSession:
         while (proposal := self.case.next_step) is not None:
             self._asker.show(self._shown(proposal))
             outcome, note = self._taken(proposal, self._folder / f"step-{len(self.case.done) + 1}")
-            if outcome is None:
-                self._asker.tell("This run is inconclusive, for example because this computer was busy: repeat it.")
-            else:
-                self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
+            self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
         said = conclusion(self.case)
         if not self._hand.spec.in_software:
             said += f" Then validate again: {shlex.join(['aero-hil', 'validate', '--hil', self._hand.spec.target])}"
@@ -184,9 +187,9 @@ class CaseSession:
             self._asker.tell(f"done       {helper.do(proposal)}")
         return answer is not StepOutcome.SKIPPED
 
-    def _taken(self, proposal: Proposal, folder: Path) -> tuple[StepOutcome | None, str]:
-        """Do a step and rerun the failure; return the outcome (None if inconclusive) and the user's note."""
-        step, note, freed = proposal.step, "", False
+    def _taken(self, proposal: Proposal, folder: Path) -> tuple[StepOutcome, str]:
+        """Do a step and rerun the failure; return the outcome and the user's note."""
+        step, freed = proposal.step, False
         if step.asks:
             answer = self._seen(_question(proposal.text), OUTCOMES, proposal)
             return answer, self._answer(NOTE)
@@ -195,20 +198,31 @@ class CaseSession:
         self._asker.announce(self._motion(proposal))
         if not self._do(proposal):
             return StepOutcome.SKIPPED, ""
+        # only the run is repeated: a second exchange would put the servos back
+        for _ in range(RUNS):
+            if (outcome := self._rerun(proposal, folder, freed=freed)) is not None:
+                return outcome, ""
+            if self._asker.ask(Choice(REPEAT, (REPEATED, NOT_DONE))) is StepOutcome.SKIPPED:
+                break
+        return StepOutcome.SKIPPED, ""
+
+    def _rerun(self, proposal: Proposal, folder: Path, *, freed: bool) -> StepOutcome | None:
+        """Rerun the failure after a step; return the outcome, None if inconclusive."""
         done: tuple[StepOutcome | None, Validation] | None = None
         try:
             with self._opened() as opened:
                 folder.mkdir(exist_ok=True)
                 done = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
-        except (SafetyStopError, NoHandError) as error:
+        except SafetyStopError as error:
             self._asker.tell(str(error))
             if done is None:
-                # what ended the first run may prevent this one from starting
-                silent = isinstance(error, NoHandError)
-                if self._asker.ask(Choice(CONNECTED, ALL_CONNECTED)) if silent else self.case.before.ended:
-                    return StepOutcome.STAYS, ""
-                raise
+                return self._stopped(error.reason)
             # found only when the hand is closed; the readings stay valid
+        except NoHandError as error:
+            self._asker.tell(str(error))
+            if not self._asker.ask(Choice(CONNECTED, ALL_CONNECTED)):
+                raise
+            return StepOutcome.STAYS
         outcome, run = done
         # the run belongs to this case and opens no other
         go_on = NextStep(
@@ -217,14 +231,25 @@ class CaseSession:
         write_results(replace(run, diagnosis=replace(run.diagnosis, case=None, step=go_on)), folder)
         if run.end.kind is EndKind.INTERRUPTED and run.end.error is not None:
             raise run.end.error
-        return outcome, note
+        return outcome if run.end.stop is None else self._stopped(run.end.stop, outcome)
+
+    def _stopped(self, reason: SafetyReason, outcome: StepOutcome | None = StepOutcome.STAYS) -> StepOutcome | None:
+        """Return the outcome of a run that the guard stopped; wait and return None if the case itself made it hot."""
+        hot = reason is SafetyReason.TEMPERATURE and not self.case.before.stopped_by(reason)
+        if not hot or outcome is not StepOutcome.STAYS:
+            return outcome
+        until = self._hand.clock.now() + COOLS_S
+        while (left_s := until - self._hand.clock.now()) > 0.0:
+            self._asker.progress(1.0 - left_s / COOLS_S, "the servos cool down", left_s)
+            self._hand.clock.sleep_until(min(self._hand.clock.now() + TRY_S, until))
+        return None
 
     def _motion(self, proposal: Proposal) -> Motion:
         """Return the announcement of the motion after a step, with its largest duration."""
         spec, plan = self._hand.spec, Plan.after(self.case, proposal.step, self._hand.spec.firmware)
         moves = motion(plan.furthest, plan.seconds, spec.guard)
         homes = f"The hand homes (about {plan.homes_s:.0f} s). " if plan.homings else ""
-        more = f"; where they pass, all of the first run ({', '.join(plan.more)})" if plan.more else ""
+        more = "".join(f"; where they pass, {', '.join(names)}" for names in plan.confirming)
         runs = f"Runs {', '.join(plan.first)} (about {plan.first_s:.0f} s with opening){more}. "
         return replace(
             moves, text=f"{homes}{runs}{moves.text}", channels=tuple(Channel) if plan.homings else moves.channels

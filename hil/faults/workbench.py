@@ -18,6 +18,7 @@ from hil.faults.host import refuse_at_a_port
 from hil.faults.inspection import cables_of, felt_of_digit, in_words, odd_on_bus, seen_of_cable
 from hil.faults.mechanics import JOINTS, with_values
 from hil.faults.schedule import Schedule, refuse_rivals
+from hil.faults.servo import servo_of
 from model import BuiltHandPlant
 from model.units import Unit
 
@@ -161,6 +162,7 @@ class Workbench:
         self._move(part, {one: other, other: one})
         if part is Part.SERVO:
             self.assembly.refound(exchanged)
+            servo_of(self.electronics, one).exchange_heat(servo_of(self.electronics, other))
         if self._exchanged and self._exchanged[-1] in ((part, one, other), (part, other, one)):
             self._exchanged.pop()
         else:

@@ -151,6 +151,11 @@ class DiagnosisCase:
         """Next step, or None once the case is closed."""
         return self._next if self.state is CaseState.GOES_ON else None
 
+    @property
+    def by_chance(self) -> bool:
+        """Whether the failure may be a single chance event, so that it must recur before any repair step."""
+        return len(self.before.off) == 1 or any(piece.kind in BY_CHANCE for piece in self.before.pieces)
+
     def after(self, proposal: Proposal, outcome: StepOutcome, note: str = "") -> DiagnosisCase:
         """Return the case after one more step."""
         return replace(self, done=(*self.done, Done(proposal, outcome, note)))
@@ -183,17 +188,12 @@ class DiagnosisCase:
 
     @property
     def _next(self) -> Proposal | None:
-        if not self.done and self._may_be_chance:
+        if not self.done and self.by_chance:
             return Proposal(steps()[AGAIN])
         useful = self._useful(self.group)
         names = {one.step.name for one in useful}
         ready = [one for one in useful if names.isdisjoint(one.step.after)]
         return min(ready, key=lambda one: (bool(one.step.tool), one.step.minutes), default=None)
-
-    @property
-    def _may_be_chance(self) -> bool:
-        """Whether the failure may be a single chance event, so that it must recur before any repair step."""
-        return len(self.before.off) == 1 or any(piece.kind in BY_CHANCE for piece in self.before.pieces)
 
     def _useful(self, group: Collection[Candidate]) -> list[Proposal]:
         """Return the open steps that test a candidate of a group."""
@@ -244,7 +244,7 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
         arrived = {piece for piece in after.pieces - before.pieces if piece.subject == beside.label}
         # The evidence must also leave its first channel: bus noise that wanders between channels convicts no servo.
         left = all(piece.subject != at.label for piece in again)
-        if left and arrived and (after.ended or any(piece.kind in kinds for piece in arrived)):
+        if left and arrived and (not after.complete or any(piece.kind in kinds for piece in arrived)):
             return StepOutcome.MOVED
     if after.ended or strongest in again or any(piece.kind in BY_CHANCE for piece in again):
         return StepOutcome.STAYS

@@ -82,6 +82,10 @@ class Failures:
         """Whether the hand ended the run."""
         return any(key[0] == RUN for key in self.off)
 
+    def stopped_by(self, reason: SafetyReason) -> bool:
+        """Return whether the guard stopped the run for a reason."""
+        return any(key[:2] == (RUN, reason.value) for key in self.off)
+
     @property
     def pieces(self) -> frozenset[Piece]:
         """Evidence of the failures."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from aero.channels import Channel
@@ -40,8 +41,8 @@ class Plan:
 
     first: tuple[str, ...]
     """Experiments that reproduce the failure."""
-    more: tuple[str, ...]
-    """All experiments of the original run, to confirm that `first` passed; empty if `first` contains them."""
+    confirming: tuple[tuple[str, ...], ...]
+    """Runs that confirm a pass of `first`: all of the original run, and once more for a failure by chance."""
     homings: int
     homing_s: float
     """Time of one homing, s."""
@@ -52,15 +53,16 @@ class Plan:
     def after(cls, case: DiagnosisCase, step: CaseStep, firmware: str) -> Plan:
         """Return the program actions after a step of a case, for a hand with this firmware."""
         first = case.experiments or AT_LEAST
-        more = case.planned if set(case.planned) - set(first) else ()
+        whole = set(case.planned) - set(first)
+        confirming = [case.planned] * bool(whole) + [case.planned if whole else first] * case.by_chance
         # a hand that failed the first gate was never moved and needs no opening
         moved = any(any(EXPERIMENTS[name].furthest) for name in case.ran)
-        return cls(first, more, HOMINGS if step.homes else 0, firmware_of(firmware).homing_s, moved)
+        return cls(first, tuple(confirming), HOMINGS if step.homes else 0, firmware_of(firmware).homing_s, moved)
 
     @property
     def furthest(self) -> tuple[float, ...]:
         """Largest commanded fraction of each channel's window, (7,), command order."""
-        each = zip(*(EXPERIMENTS[name].furthest for name in (*self.first, *self.more)), strict=True)
+        each = zip(*(EXPERIMENTS[name].furthest for name in {*self.first, *chain(*self.confirming)}), strict=True)
         return tuple(map(max, each))
 
     @property
@@ -81,8 +83,8 @@ class Plan:
     @property
     def seconds(self) -> float:
         """Total hand time, s."""
-        more_s = sum(EXPERIMENTS[name].hand_s for name in self.more)
-        return self.first_s + (self.opens_s + more_s if self.more else 0.0)
+        each_s = (self.opens_s + sum(EXPERIMENTS[name].hand_s for name in run) for run in self.confirming)
+        return self.first_s + sum(each_s)
 
 
 class _Course:
@@ -123,11 +125,12 @@ def rerun(
     _prepare(target, plan, plan.homings, course)
     run = _run(target, plan.first, folder, course)
     outcome = outcome_of_run(judge, case.failed_in(plan.first), proposal, run)
-    if outcome is StepOutcome.GONE and plan.more:
-        # Faults that are late, thermal or random can pass a shorter run, so GONE requires the whole first run.
-        _prepare(target, plan, 0, course)
-        run = _run(target, plan.more, folder, course)
-        outcome = outcome_of_run(judge, case.before, proposal, run)
+    for names in plan.confirming:
+        # Late, thermal or random faults can pass a shorter run, and chance a whole one.
+        if outcome is StepOutcome.GONE:
+            _prepare(target, plan, 0, course)
+            run = _run(target, names, folder, course)
+            outcome = outcome_of_run(judge, case.failed_in(names), proposal, run)
     if outcome is StepOutcome.GONE and _fails(run):
         outcome = StepOutcome.PARTLY
     progress(1.0, "done", 0.0)

@@ -218,14 +218,16 @@ def _pair(signs: RunSigns) -> Clue:
     names = " and the ".join(subject_words(one.label) for one in sorted(two))
     strong = _of(two, Part.SERVO, Part.DIGIT) | _hand(Part.SETUP, Part.SUPPLY, Part.BOARD)
     explains = frozenset(one.label for one in two) | {"hand"}
-    return Clue(f"readings of the {names} are off", strong, _hand(Part.BUS, Part.DRIVER), explains)
+    weak = _hand(Part.BUS, Part.DRIVER, Part.COMPUTER)
+    return Clue(f"readings of the {names} are off", strong, weak, explains)
 
 
 def _one(signs: RunSigns, channel: Channel, others: frozenset[Channel]) -> Clue:
     """Return the clue of the evidence on one channel."""
     kinds = signs.of_channels.get(channel, frozenset({Kind.TRAVEL}))
     own, place = _of([channel], Part.SERVO), _of([channel], Part.DIGIT)
-    shared = _hand(Part.BOARD, Part.SUPPLY, Part.DRIVER)
+    # another program on the computer may command the hand as well
+    shared = _hand(Part.BOARD, Part.SUPPLY, Part.DRIVER, Part.COMPUTER)
     if kinds == {Kind.OWN_SENSOR}:
         strong, weak = own, place | _hand(Part.SETUP, Part.BUS) | shared
     elif kinds <= IN_MOTION:

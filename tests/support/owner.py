@@ -34,19 +34,13 @@ OFF = 0.05
 """Relative error of a voltage that an owner notices on a meter."""
 REST_S = 120.0
 """Time between homing and the first run, in which servos cool down, s."""
-TRIES = 3
-"""Limit of repetitions of an inconclusive run."""
-
-
-class GivesUpError(Exception):
-    """One step was requested too often."""
 
 
 class Owner:
     """Lets the helper do each step, and answers from the displayed observations."""
 
     def __init__(self):
-        self.shown, self._seen, self._step, self._again = [], "", None, 0
+        self.shown, self._seen = [], ""
 
     def ask(self, question):
         if not isinstance(question, Choice):
@@ -57,10 +51,6 @@ class Owner:
         return question.options[0].answer
 
     def show(self, case):
-        self._again = self._again + 1 if case.step is not None and case.step == self._step else 0
-        self._step = case.step
-        if self._again >= TRIES:
-            raise GivesUpError
         self.shown.append(case)
 
     def announce(self, motion):
@@ -141,14 +131,19 @@ def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, side:
             with suppress(NoHandError, AeroError, OSError, SafetyStopError), hand.open():
                 pass
             hand.clock.sleep_until(hand.clock.now() + REST_S)
-            with hand.open() as target:
-                run = validate(target)
+            run = None
+            try:
+                with hand.open() as target:
+                    run = validate(target)
+            except SafetyStopError:  # found when the hand is closed; the readings stay valid
+                if run is None:
+                    raise
             found, busy = not run.passed, run.end.kind is EndKind.HOST_BUSY
             write_results(run, folder)
             if (folder / CASE).exists():
                 session = CaseSession(read_case(folder), folder, hand, owner)
                 session.go_through()
-        except (NoHandError, AeroError, OSError, SafetyStopError, GivesUpError) as error:
+        except (NoHandError, AeroError, OSError, SafetyStopError) as error:
             ended = f"{type(error).__name__}: {error}"
         broken = any(one.startswith("inject") for one in standing.workbench.acts_present)
     case = None if session is None else session.case

@@ -1,15 +1,17 @@
 """A case is gone through alike by terminal, page and tests: an emulated hand, a board that homes, answers that stay."""
 
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
 
 from aero.channels import Channel
 from aero.exit_code import Exit
+from aero.safety import SafetyReason, SafetyStopError
 from hil import open_target
-from hil.cli import main
-from hil.cli.case_session import CONNECTED, CaseSession
+from hil.cli import case_session, main
+from hil.cli.case_session import CONNECTED, COOLS_S, RUNS, CaseSession
 from hil.cli.emulated_case import ACTS
 from hil.targets.asker import Choice
 from hil.targets.hand_spec import HandSpec
@@ -18,7 +20,9 @@ from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
 from hil.verdict.failures import Failures
 from hil.verdict.parts import Part, Suspect
+from hil.verdict.run_end import EndKind, RunEnd
 from hil.verdict.steps import StepOutcome, steps
+from hil.verdict.validation import validate
 
 BY_HELP = "n\n\n" * 40
 """No to each question, and Enter to let each step be done."""
@@ -104,6 +108,25 @@ def test_a_hand_that_no_step_lets_answer_still_fails(tmp_path):
         session.go_through()
     outcomes = {done.outcome for done in session.case.done if done.proposal.step.runs}
     assert outcomes == {StepOutcome.STAYS}
+
+
+def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path, monkeypatch):
+    """A servo that earlier runs had heated up stopped each run after a step, and the good digit was convicted."""
+    hot = RunEnd(EndKind.STOPPED, "presence", "hot", SafetyStopError("hot", SafetyReason.TEMPERATURE, Channel.RING))
+    runs = []
+
+    def stopped(target, case, proposal, **_more):
+        runs.append(target.clock.now())
+        return StepOutcome.STAYS, replace(validate(target, ("presence",)), end=hot)
+
+    monkeypatch.setattr(case_session, "rerun", stopped)
+    write_case(tmp_path, SETUP)
+    with open_target(homed=True) as target:
+        session = CaseSession(SETUP, tmp_path, Homing(target, 0), asker := Silent())
+        session.go_through()
+    assert {done.outcome for done in session.case.done if done.proposal.step.runs} == {StepOutcome.SKIPPED}
+    assert len(runs) == RUNS * len(asker.announced)
+    assert runs[1] - runs[0] > COOLS_S
 
 
 def test_a_board_that_has_just_booted_is_asked_over_a_new_link(tmp_path):

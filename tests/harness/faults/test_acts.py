@@ -83,6 +83,15 @@ def test_what_is_wrong_with_a_servo_goes_along_with_it_and_what_is_wrong_with_a_
     assert np.argmin(low) == WIRE_ORDER.index(PINKY)
 
 
+def test_an_exchanged_servo_takes_its_heat_along(target):
+    """The place of a servo that had run away stayed hot, and so the fault seemed to stay with the good digit."""
+    ring, pinky = (target.get(GroundTruth).electronics.servos[WIRE_ORDER.index(one)] for one in (RING, PINKY))
+    ring.heat_to(61.0)
+    usual = pinky.feedback.temperature_c
+    target.act("exchange_servos ring pinky")
+    assert (ring.feedback.temperature_c, pinky.feedback.temperature_c) == (usual, 61.0)
+
+
 @pytest.mark.parametrize("channel", Channel)
 def test_a_servo_without_its_cable_turns_and_its_digit_stays(channel, target):
     target.act(f"cable_off {channel.label}")

@@ -325,6 +325,14 @@ def test_a_stop_is_gone_once_a_run_reaches_its_end(after, outcome):
     assert outcome_of(before, after, Proposal(steps()["flash"])) is outcome
 
 
+def test_a_gate_that_fails_at_the_neighbour_is_evidence_there():
+    """A servo that ran away stopped the first gate in its new place, and the good digit was convicted."""
+    gate, travel = {("presence", "idle_current", "pinky"): 3.0}, {("staircase", "excursion_hand", "ring"): -3.0}
+    assert outcome_of(Failures(travel), Failures(gate), EXCHANGE) is StepOutcome.MOVED
+    whole = Failures(gate, frozenset(travel), complete=True)
+    assert outcome_of(Failures(travel), whole, EXCHANGE) is not StepOutcome.MOVED
+
+
 def test_a_servo_that_is_cold_beside_a_hot_one_has_left():
     hot = {("alike", "temperature", "ring"): 10.0, ("presence", "temperature", "ring"): 3.0}
     moved = {("alike", "temperature", "pinky"): 12.0, ("alike", "temperature", "ring"): -4.2}
