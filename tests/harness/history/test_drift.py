@@ -1,5 +1,6 @@
 """Drift towards a limit: reported of hands that wear, and of no others."""
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -62,6 +63,28 @@ def test_a_reading_that_wears_is_reported_before_its_limit_and_the_limit_is_met_
 @pytest.mark.parametrize("seed", range(10))
 def test_a_hand_that_does_not_wear_has_no_drift(seed):
     assert drifts(MIDDLE + np.random.default_rng(seed).normal(0.0, 0.2 * HALF, TIMES)) == []
+
+
+def test_an_unchanged_hand_is_rarely_reported_although_its_history_is_read_after_every_run():
+    """One history in a hundred by theory; without the division by the number of runs, five."""
+    reported = 0
+    for seed in range(300):
+        values = MIDDLE + np.random.default_rng(seed).normal(0.0, HALF / 2.0, TIMES)
+        (track,) = tracks_of(runs(values))
+        read = (replace(track, dates=track.dates[:count], values=track.values[:count]) for count in range(5, TIMES + 1))
+        reported += any(drifts_of([one]) for one in read)
+    assert reported <= 6
+
+
+@pytest.mark.parametrize("changed", [4, 6])
+def test_a_reading_whose_median_slope_is_zero_has_no_drift(changed):
+    values = np.where(np.arange(TIMES) < TIMES - changed, MIDDLE, MIDDLE + 0.5 * HALF)
+    assert drifts(values) == []
+
+
+def test_equal_readings_count_against_the_trend():
+    assert drifts(MIDDLE + np.repeat([0.0, 0.4, 0.8], 2) * HALF) == []
+    assert len(drifts(MIDDLE + np.repeat([0.0, 0.2, 0.4, 0.6, 0.8], 2) * HALF)) == 1
 
 
 @given(st.integers(0, 4))
