@@ -28,6 +28,8 @@ def main(names: tuple[str, ...], check: bool) -> None:
     chosen = [name for name in known if name in names or "all" in names or not names]
     if check:
         sys.exit(checked(chosen, all_of_them=not names))
+    if chosen and not source_commit():
+        raise click.UsageError("a stored figure names its commit, and git does not know it here")
     for name in chosen:
         rows = known[name]()
         store(name, rows, origin=f"commit {source_commit()}, {MUJOCO}")

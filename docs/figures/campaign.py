@@ -47,8 +47,9 @@ def trials() -> list[Trial]:
 @cache
 def outcomes() -> Sequence[Outcome]:
     """Run the campaign, or the rest of one that this commit has begun in `build`."""
-    folder = ROOT / "build" / f"campaign-{source_commit()}"
-    if "+" in folder.name:
+    commit = source_commit() or "+unknown"
+    folder = ROOT / "build" / f"campaign-{commit}"
+    if "+" in commit:
         shutil.rmtree(folder, ignore_errors=True)
     with opened(folder) as store:
         workers = partial(worker_processes, usable_cores())

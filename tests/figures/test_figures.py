@@ -66,6 +66,14 @@ def test_rows_agree_to_a_unit_of_the_last_place(new, agree):
     assert (not list(differences(OLD, new))) is agree
 
 
+def test_a_figure_without_a_commit_is_not_stored(monkeypatch):
+    monkeypatch.setattr("figures.__main__.functions", lambda: {"electronics.current": None})
+    monkeypatch.setattr("figures.__main__.source_commit", lambda: "")
+    ended = CliRunner().invoke(main, ["electronics.current"])
+    assert ended.exit_code == 2
+    assert "names its commit" in ended.output
+
+
 def test_the_check_names_a_figure_that_differs(monkeypatch):
     monkeypatch.setattr("figures.__main__.functions", lambda: {"electronics.current": lambda: OLD})
     ended = CliRunner().invoke(main, ["--check"])
