@@ -74,11 +74,11 @@ def test_a_command_starts_no_second_process_to_look_for_a_drawing_library(tmp_pa
     """One that is killed meanwhile would leave a traceback."""
     watched = (
         "import subprocess, sys\n"
-        "start = subprocess.Popen\n"
-        "def none(command, *given, **how):\n"
-        "    if command[0] == sys.executable: raise SystemExit(f'a second process: {command}')\n"
-        "    return start(command, *given, **how)\n"
-        "subprocess.Popen = none\n"
+        "class Watched(subprocess.Popen):\n"
+        "    def __init__(self, command, *given, **how):\n"
+        "        if command[0] == sys.executable: raise SystemExit(f'a second process: {command}')\n"
+        "        super().__init__(command, *given, **how)\n"
+        "subprocess.Popen = Watched\n"
         "from hil.cli import main\n"
         "main(['validate', '--dry-run'])\n"
     )
