@@ -20,7 +20,7 @@ ANSWER, PATIENCE_S, TRIES = 6, 2.0, 5
 NAMED = "0.2.0, for a right hand"
 
 
-def case_of(tmp_path, *options, named=NAMED, only=SHORT, prepare=lambda _bus: None):
+def case_of(tmp_path, *options, only=SHORT, prepare=lambda _bus: None):
     """Validate and diagnose a served hand; returns the exit code of the first run, that of the case, and its output."""
     link, bus = tmp_path / "hand", tmp_path / "bus"
     with served(link, "--bus-link", str(bus), "--seed", "7", *options) as hand:
@@ -29,7 +29,7 @@ def case_of(tmp_path, *options, named=NAMED, only=SHORT, prepare=lambda _bus: No
         found, said = first_run(tmp_path / "run", link, "--firmware", "0.2.0", *only, again_if_late=late)
         if found == Exit.WITHIN_LIMITS:
             return found, None, said
-        code, said = diagnosed(tmp_path / "run", link, hand, named=named)
+        code, said = diagnosed(tmp_path / "run", link, hand, named=NAMED)
     return found, code, " ".join(said.split())
 
 
@@ -45,12 +45,6 @@ def test_a_cable_off_its_spool(tmp_path):
     found, code, said = case_of(tmp_path, "--fault", "cable_snapped:middle")
     assert (found, code) == (Exit.OUT_OF_LIMITS, Exit.OUT_OF_LIMITS)
     assert "Digit of the middle finger. Put the cable back on its path and spool" in said
-
-
-def test_a_version_that_was_named_wrongly(tmp_path):
-    found, _, said = case_of(tmp_path, "--firmware", "0.1.5")
-    assert found == Exit.OUT_OF_LIMITS
-    assert "name the version and side that are on the board, by --firmware" in said
 
 
 def test_a_usb_adapter_that_stalls(tmp_path):

@@ -62,7 +62,7 @@ def test_a_hand_that_cannot_be_weakened_is_not_pushed_into_its_stops():
 def test_a_hand_of_which_nothing_may_be_run_does_not_pass():
     with guarded(firmware="pre") as target:
         result = validate(target, ["excursion"])
-    assert result.end.finding.sentence.startswith("Hand: excursion is not run")
+    assert result.end.finding.sentence.startswith("Hand: excursion not run")
     assert isinstance(result.end.error, SafetyStopError)
     assert not result.passed
     assert not result.diagnosis.suspects

@@ -71,7 +71,7 @@ class GuardedProgram:
         built = f", faults={list(faults)!r}" if faults else ""
         self.lines = [f"program = {type(self).__name__}(firmware={firmware!r}, seed={seed}, unit={unit!r}{built})"]
         if after is None:
-            how = {"firmware": firmware, "hand": "right", "seed": seed}
+            how = {"firmware": firmware, "side": "right", "seed": seed}
             self.electronics, self._bench = build_faulty(
                 unit_named(unit), Schedule(map(parse_fault, faults), seed), **how
             )
