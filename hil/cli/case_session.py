@@ -249,7 +249,7 @@ class CaseSession:
         spec, plan = self._hand.spec, Plan.after(self.case, proposal.step, self._hand.spec.firmware)
         moves = motion(plan.furthest, plan.seconds, spec.guard)
         homes = f"The hand homes (about {plan.homes_s:.0f} s). " if plan.homings else ""
-        more = "".join(f"; where they pass, {', '.join(names)}" for names in plan.confirming)
+        more = "".join(f"; if all passes, {', '.join(names)}" for names in plan.confirming)
         runs = f"Runs {', '.join(plan.first)} (about {plan.first_s:.0f} s with opening){more}. "
         return replace(
             moves, text=f"{homes}{runs}{moves.text}", channels=tuple(Channel) if plan.homings else moves.channels

@@ -28,7 +28,8 @@ def why(case: DiagnosisCase, proposal: Proposal) -> str:
             if step.shows((mode, channel), outcome, proposal.at)
         }
         if shown:
-            told.append(f"{outcome.value}: {listed(sorted(map(str, shown)))}")
+            every = len(shown) > 1 and shown == {*case.remaining}
+            told.append(f"{outcome.value}: {'any of them' if every else listed(sorted(map(str, shown)))}")
     proves = f"If {'; if '.join(told)}." if told else "What happened once must fail again before a step can mend it."
     return f"Suspected: {listed(map(str, case.remaining))}. {proves}"
 

@@ -42,7 +42,7 @@ class Plan:
     first: tuple[str, ...]
     """Experiments that reproduce the failure."""
     confirming: tuple[tuple[str, ...], ...]
-    """Runs that confirm a pass of `first`: all of the original run, and once more for a failure by chance."""
+    """Runs that confirm a pass of `first`: the same again for a failure by chance, then all of the original run."""
     homings: int
     homing_s: float
     """Time of one homing, s."""
@@ -54,7 +54,7 @@ class Plan:
         """Return the program actions after a step of a case, for a hand with this firmware."""
         first = case.experiments or AT_LEAST
         whole = set(case.planned) - set(first)
-        confirming = [case.planned] * bool(whole) + [case.planned if whole else first] * case.by_chance
+        confirming = [first] * case.by_chance + [case.planned] * bool(whole)
         # a hand that failed the first gate was never moved and needs no opening
         moved = any(any(EXPERIMENTS[name].furthest) for name in case.ran)
         return cls(first, tuple(confirming), HOMINGS if step.homes else 0, firmware_of(firmware).homing_s, moved)
