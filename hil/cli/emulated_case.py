@@ -13,7 +13,7 @@ from hil.faults.acts import act
 from hil.faults.fault import Part
 from hil.targets.hand_spec import HandSpec
 from hil.targets.standing_hand import StandingHand
-from hil.targets.target import Target
+from hil.targets.target import NoHandError, Target
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import HandOfCase
 from hil.verdict.steps import StepOutcome
@@ -92,7 +92,7 @@ class EmulatedCaseHand:
     def _measure(self) -> str:
         bench, least = self.bench.workbench, self.bench.workbench.volts()
         rest = least
-        with suppress(AeroError, OSError, SafetyStopError), self.bench.open() as target:
+        with suppress(AeroError, OSError, SafetyStopError, NoHandError), self.bench.open() as target:
             target.hand.command_codes([MAX_CODE if channel in FINGERS else 0 for channel in Channel])
             until = self.clock.now() + CLOSES_S
             while self.clock.now() < until:
