@@ -23,7 +23,7 @@ def blamed(experiments, **named):
     ("hand", "firmware", "guarded"), [("right", "0.2.0", True), ("left", "0.2.0", False), ("left", "pre", True)]
 )
 def test_a_good_driver_is_not_blamed(hand, firmware, guarded):
-    assert blamed(("presence", "audit", "replay"), hand=hand, firmware=firmware, guarded=guarded) == set()
+    assert blamed(("presence", "audit", "replay"), side=hand, firmware=firmware, guarded=guarded) == set()
 
 
 @pytest.mark.parametrize("fault", ["reply_doubled=0.3", "reply_reordered=0.3", "link_slow=9600", "command_delayed=400"])

@@ -15,29 +15,30 @@ from hil.faults import parse_fault
 from hil.recordings.errors import NotOneHandError, UnusableFileError
 from hil.report.results import write_results
 from hil.verdict import validation
-from hil.verdict.case import DiagnosisCase
+from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
 from hil.verdict.failures import Failures
 from hil.verdict.parts import Part, Suspect
-from hil.verdict.steps import StepOutcome
+from hil.verdict.steps import StepOutcome, steps
 from hil.verdict.validation import validate
 
 RING = frozenset({Suspect(Part.SERVO, Channel.RING), Suspect(Part.DIGIT, Channel.RING)})
-TO_EMPTY, TO_BEND = RING | {Suspect(Part.SETUP)}, RING
-"""Suspects of a case that begins with emptying and homing the hand, and of one that begins with bending a finger."""
+EMPTIED = Done(Proposal(steps()["home"]), StepOutcome.STAYS)
+"""Emptying and homing the hand comes first, and bending a finger next."""
 
 
-def case_in(tmp_path, suspects):
+def case_in(tmp_path, *done):
     """Write a case of the ring finger, as a run that failed leaves it."""
     failed = Failures({("audit", "followed", "ring"): -9.0, ("audit", "pull", "ring"): 3.0})
-    case = DiagnosisCase(failed, suspects, experiments=("presence", "audit"), planned=("presence", "audit"))
+    ran = ("presence", "audit")
+    case = DiagnosisCase(failed, RING | {Suspect(Part.SETUP)}, experiments=ran, planned=ran, done=done)
     write_case(tmp_path, StoredCase(case, HandOfCase("0.2.0", "right")))
     return tmp_path
 
 
 @pytest.fixture
 def folder(tmp_path):
-    return case_in(tmp_path, TO_EMPTY)
+    return case_in(tmp_path)
 
 
 def diagnosed(folder, typed):
@@ -45,11 +46,11 @@ def diagnosed(folder, typed):
 
 
 def test_what_a_person_sees_convicts_without_another_run(tmp_path):
-    folder = case_in(tmp_path, TO_BEND)
+    folder = case_in(tmp_path, EMPTIED)
     ended = diagnosed(folder, "y\nthe spring is off\n")
     assert ended.exit_code == Exit.OUT_OF_LIMITS
     assert "Digit of the ring finger." in ended.output
-    (done,) = read_case(folder).case.done
+    *_, done = read_case(folder).case.done
     assert (done.outcome, done.note) == (StepOutcome.YES, "the spring is off")
     assert (folder / "case.html").is_file()
 
@@ -100,16 +101,16 @@ def test_before_the_hand_moves_it_is_said_with_how_long(folder):
 
 
 def test_a_case_that_is_put_down_is_taken_up_where_it_was(tmp_path):
-    folder = case_in(tmp_path, TO_BEND)
+    folder = case_in(tmp_path, EMPTIED)
     put_down = diagnosed(folder, "n\n")
     assert put_down.exit_code not in (Exit.WITHIN_LIMITS, Exit.OUT_OF_LIMITS)
     assert "the same command resumes" in put_down.output
-    assert read_case(folder).case.done == ()
+    assert read_case(folder).case.done == (EMPTIED,)
     assert "what was measured" not in put_down.output
     assert list(read_case(folder).answers.values()) == ["no"]
     again = diagnosed(folder, "alike\n")
     assert "answered" in again.output
-    (done,) = read_case(folder).case.done
+    *_, done = read_case(folder).case.done
     assert (done.outcome, done.note) == (StepOutcome.NO, "alike")
 
 
@@ -119,7 +120,7 @@ def test_a_case_that_is_put_down_is_taken_up_where_it_was(tmp_path):
 )
 def test_another_hand_is_refused_before_anything_is_asked(table, refused, monkeypatch, tmp_path):
     """A case of a right hand drove a left one once, and said that the failure was gone."""
-    folder = case_in(tmp_path, TO_BEND)
+    folder = case_in(tmp_path, EMPTIED)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "hands.toml").write_text(f'[bench]\nport = "/dev/nowhere"\n{table}\n')
     ended = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", "bench"], input="y\n\n")
