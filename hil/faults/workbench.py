@@ -159,10 +159,11 @@ class Workbench:
                 unit = replace(unit, hand=replace(unit.hand, **changed))
             return unit
 
+        if part is Part.SERVO:  # before the faults move, some of which heat a servo
+            servo_of(self.electronics, one).exchange_heat(servo_of(self.electronics, other))
         self._move(part, {one: other, other: one})
         if part is Part.SERVO:
             self.assembly.refound(exchanged)
-            servo_of(self.electronics, one).exchange_heat(servo_of(self.electronics, other))
         if self._exchanged and self._exchanged[-1] in ((part, one, other), (part, other, one)):
             self._exchanged.pop()
         else:

@@ -92,6 +92,14 @@ def test_an_exchanged_servo_takes_its_heat_along(target):
     assert (ring.feedback.temperature_c, pinky.feedback.temperature_c) == (usual, 61.0)
 
 
+def test_a_fault_that_heats_a_servo_heats_it_in_its_new_place(target):
+    ring, pinky = (target.get(GroundTruth).electronics.servos[WIRE_ORDER.index(one)] for one in (RING, PINKY))
+    target.inject("servo_hot:ring=78")
+    target.act("exchange_servos ring pinky")
+    assert pinky.feedback.temperature_c == pytest.approx(78.0)
+    assert ring.feedback.temperature_c < 50.0
+
+
 @pytest.mark.parametrize("channel", Channel)
 def test_a_servo_without_its_cable_turns_and_its_digit_stays(channel, target):
     target.act(f"cable_off {channel.label}")
