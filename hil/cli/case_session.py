@@ -49,7 +49,7 @@ REPEATED = Option("repeat", StepOutcome.STAYS)
 RUNS = 3
 """Limit of runs after one step; a step without a conclusive run counts as not done."""
 COOLS_S = 300.0
-"""Time for servos to cool down after a stop for their temperature, s."""
+"""Time for servos to cool down after a stop for their temperature, s; an assumption, and a further stop waits again."""
 TRY_S = 1.0
 """Period of connection attempts to a board that may be homing, s."""
 

@@ -10,7 +10,7 @@ from hil.faults import CATALOGUE, FaultNeverFiredError, parse_fault
 from hil.targets.opening import open_target
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.failures import Failures
-from hil.verdict.rerun import rerun
+from hil.verdict.rerun import Plan, rerun
 from hil.verdict.steps import StepOutcome, steps
 from hil.verdict.validation import validate
 
@@ -103,3 +103,18 @@ def test_a_hand_that_was_not_moved_is_not_opened_and_one_that_homes_does_so_twic
     until_presence = sent[: sent.index(Opcode.GET_POS)]
     assert until_presence.count(Opcode.HOMING) == homings
     assert (Opcode.CTRL_POS in until_presence) is moves
+
+
+@pytest.mark.parametrize(
+    ("off", "confirming"),
+    [
+        ({("audit", "followed", "ring"): -9.0}, (("audit",), ("presence", "audit"))),
+        ({("audit", "followed", "ring"): -9.0, ("audit", "pull", "ring"): 3.0}, (("presence", "audit"),)),
+    ],
+)
+def test_a_failure_that_may_be_chance_has_to_stay_away_in_one_more_run(off, confirming):
+    """Every twentieth reply was another one; a run without such a reply convicted the computer."""
+    case = DiagnosisCase(Failures(off), frozenset(), experiments=("audit",), planned=("presence", "audit"))
+    plan = Plan.after(case, steps()["cable"], "0.2.0")
+    assert plan.confirming == confirming
+    assert plan.seconds > plan.first_s
