@@ -12,7 +12,7 @@ from aero.exit_code import Exit
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.shared.experiment import Experiment
-from hil.cli.before_moving import before_moving, readings
+from hil.cli.before_moving import motion, readings
 from hil.cli.exits import Ended, ending, usage_errors
 from hil.cli.options import open_hand
 from hil.cli.output import echo
@@ -85,7 +85,9 @@ def run(
     with usage_errors():
         if baseline is not None:
             load(baseline)
-        opening = open_hand(spec, homed=homed, faults=[parse_fault(text) for text in faults])
+        injected = [parse_fault(text) for text in faults]
+        # a hand that does not answer gets a case as well
+        opening = open_hand(spec, homed=homed, faults=injected, may_be_silent=not dry_run)
         folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced")
@@ -104,7 +106,7 @@ def run(
                 if dry_run:
                     console.print(readings(opened, furthest))
                 if dry_run or opened.guard is not None:
-                    asker.announce(before_moving(opened, furthest, sum(experiment.hand_s for experiment in chosen)))
+                    asker.announce(motion(furthest, sum(experiment.hand_s for experiment in chosen), spec.guard))
                 if folder is None:
                     return
                 if view and opened.guard is not None and sys.stdin is not None and sys.stdin.isatty():

@@ -61,6 +61,8 @@ class HandSpec:
     """Program from `aero-hil firmware build` for an emulated board, built from version `firmware`."""
     homed: bool = False
     """True to home an emulated hand `HOMINGS` times at opening; otherwise its zeros are ideal."""
+    may_be_silent: bool = False
+    """True to open a hand on a port even if it does not answer; the first experiment then ends with the error."""
     faults: tuple[Injection, ...] = ()
     cube: Cube | None = None
     """Cube of an `emulated` hand, whose ground truth is then a `model.cube_plant.CubePlant`."""

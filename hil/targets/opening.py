@@ -45,7 +45,7 @@ def open_target(target: HandSpec | str = "emulated", **fields: Any) -> AbstractC
         ValueError: fields that `HandSpec.named` refuses; an unknown unit; a fault that cannot be injected.
         FaultNeverFiredError: a fault had no effect; raised at the end of a context without another error.
         FirmwareProgramError: the firmware program does not run; raised at the start of the context.
-        NoHandError: no reply at the port; raised at the start of the context.
+        NoHandError: no port, or no reply at the port of a hand that must answer; raised at the start of the context.
     """
     spec = HandSpec.named(target, **fields) if isinstance(target, str) else replace(target, **fields)
     unit = unit_named(spec.unit)
@@ -149,7 +149,7 @@ def _serial(opening: Opening, port: str) -> Iterator[tuple[Hand, Clock, WireLog]
         _standby_process(port, opening.spec.guard, opening.spec.firmware) as standby,
         _drive(wire, clock, opening, standby) as hand,
     ):
-        first_reading(hand, opening.delays, port)
+        first_reading(hand, opening.delays, port, required=not opening.spec.may_be_silent)
         try:
             yield hand, clock, wire
         except (AeroError, SafetyStopError) as error:
@@ -159,11 +159,11 @@ def _serial(opening: Opening, port: str) -> Iterator[tuple[Hand, Clock, WireLog]
             raise
 
 
-def first_reading(hand: Hand, delays: DelayLog, port: str) -> None:
+def first_reading(hand: Hand, delays: DelayLog, port: str, *, required: bool = True) -> None:
     """Check that a newly opened hand answers; retry after a scheduling delay of this host.
 
     Raises:
-        NoHandError: the hand does not answer.
+        NoHandError: the hand does not answer, and an answer is required.
     """
     for tries_left in reversed(range(TRIES)):
         try:
@@ -171,6 +171,8 @@ def first_reading(hand: Hand, delays: DelayLog, port: str) -> None:
         except (AeroError, ConnectionError) as error:
             busy = held_up(delays)
             if not (busy and tries_left) or isinstance(error, ConnectionError):
+                if not required:
+                    return
                 raise NoHandError(f"{busy}no hand answers at {port!r}: {error}") from error
         else:
             return

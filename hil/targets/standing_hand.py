@@ -32,16 +32,16 @@ class StandingHand:
         return self.electronics.clock
 
     @contextmanager
-    def open(self) -> Iterator[Target]:
+    def open(self, *, may_be_silent: bool = False) -> Iterator[Target]:
         """Open the hand; the first call homes it if `spec.homed`.
 
         Raises:
-            NoHandError: the hand does not answer.
+            NoHandError: the hand does not answer, unless it may be silent.
         """
         opening = self._opening
         self._opening = replace(opening, spec=replace(opening.spec, homed=False))
         with in_process(opening, self.workbench, host_link(self.workbench)) as target:
-            first_reading(target.hand, opening.delays, opening.spec.target)
+            first_reading(target.hand, opening.delays, opening.spec.target, required=not may_be_silent)
             yield target
 
     def close(self) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from aero.channels import Channel
+from aero.errors import NoTelemetryError
 from aero.safety import SafetyReason
 from hil.checks import JUDGED, Measured
 from hil.checks.shared.declaration import EvidenceKind
@@ -32,7 +33,8 @@ STOPS = {
     SafetyReason.LINK_LOST: EvidenceKind.BYTES,
 }
 """Evidence of a guard stop, on the channel that the guard names; other stop reasons concern the program."""
-ENDED = "ended"
+ENDED, UNREAD = "ended", "unread"
+"""Ends by an error: of the link, or of a board that has not read its servos."""
 BY_CHANCE = {EvidenceKind.BYTES, EvidenceKind.TEXT, EvidenceKind.STALL, EvidenceKind.RESTART}
 """Evidence of chance events, which a second run of the same hand may miss."""
 EVIDENCE: Mapping[tuple[str, str], EvidenceKind] = (
@@ -43,7 +45,7 @@ EVIDENCE: Mapping[tuple[str, str], EvidenceKind] = (
         if metric.evidence is not None
     }
     | {(RUN, reason.value): kind for reason, kind in STOPS.items()}
-    | {(RUN, ENDED): EvidenceKind.BYTES}
+    | {(RUN, ENDED): EvidenceKind.BYTES, (RUN, UNREAD): EvidenceKind.STALE}
 )
 
 
@@ -73,7 +75,8 @@ class Failures:
         known = {key: excess for key, excess in found.items() if excess is not None}
         off = {key: excess for key, excess in known.items() if out_of_limits(excess)}
         if end.kind in HANDS_FAULT and (end.stop is None or end.stop in STOPS):
-            what = ENDED if end.stop is None else end.stop.value
+            by_error = UNREAD if isinstance(end.error, NoTelemetryError) else ENDED
+            what = by_error if end.stop is None else end.stop.value
             off[RUN, what, "hand" if end.channel is None else end.channel.label] = BEYOND_GIVEN
         return cls(off, frozenset(known), end.kind in TO_ITS_END)
 

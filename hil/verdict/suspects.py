@@ -33,7 +33,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from aero.channels import FINGERS, Channel
-from aero.errors import DesyncError
+from aero.errors import DesyncError, NoTelemetryError
 from aero.safety import SafetyReason
 from hil.checks.shared.declaration import EvidenceKind as Kind
 from hil.checks.shared.subjects import SUBJECTS, subject_words
@@ -123,7 +123,8 @@ def driver(signs: RunSigns) -> Iterable[Clue]:
 def link(signs: RunSigns) -> Iterable[Clue]:
     """Check for lost, added or altered bytes, restarts, and a lost link."""
     hand, end = signs.hand, signs.end
-    ended = end.kind is EndKind.LINK or end.stop in {SafetyReason.SILENT, SafetyReason.LINK_LOST}
+    answers = isinstance(end.error, NoTelemetryError)
+    ended = (end.kind is EndKind.LINK and not answers) or end.stop in {SafetyReason.SILENT, SafetyReason.LINK_LOST}
     if end.kind is EndKind.FIRMWARE:
         yield Clue("the firmware program ended", _hand(Part.BOARD))
     elif Kind.RESTART in hand:
@@ -150,6 +151,9 @@ def fresh(signs: RunSigns) -> Iterable[Clue]:
     if signs.silent:
         names = listed(subject_words(one.label) for one in signs.silent)
         yield Clue(f"no answer from the servo of the {names}", _of(signs.silent, Part.SERVO) | _hand(Part.BUS))
+    elif isinstance(signs.end.error, NoTelemetryError):
+        silent = _hand(Part.BUS, Part.SERVO, Part.SUPPLY, Part.BOARD)
+        yield Clue("the board has never read all servos since its start", silent, _hand(Part.SETUP))
     elif signs.end.stop is SafetyReason.STALE or (Kind.STALE in hand):
         yield Clue("no reading changes", _hand(Part.BUS, Part.SERVO, Part.BOARD, Part.USB), _hand(Part.SUPPLY))
     elif Kind.BOOT in hand:

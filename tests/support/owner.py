@@ -133,7 +133,7 @@ def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, side:
             hand.clock.sleep_until(hand.clock.now() + REST_S)
             run = None
             try:
-                with hand.open() as target:
+                with standing.open(may_be_silent=True) as target:
                     run = validate(target)
             except SafetyStopError:  # found when the hand is closed; the readings stay valid
                 if run is None:

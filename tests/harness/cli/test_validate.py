@@ -2,12 +2,14 @@
 
 import dataclasses
 import json
+import os
 from contextlib import contextmanager
 
 import pytest
 from click.testing import CliRunner
 
 from aero import Channel
+from aero.exit_code import Exit
 from aero.safety import SafetyStopError
 from hil.checks import EXPERIMENTS
 from hil.checks.staircase.check import Staircase, run_staircase
@@ -15,7 +17,9 @@ from hil.checks.staircase.tracking import staircase_metrics
 from hil.cli import main, validation_run
 from hil.recordings.mcap_file import read_recording
 from hil.verdict import judge
+from hil.verdict.case_file import read_case
 from hil.verdict.limits import load_limits
+from hil.verdict.parts import Part, Suspect
 from model import RoutedHand
 
 CHANNEL_KEYS = {
@@ -159,3 +163,24 @@ def test_a_hand_that_may_not_be_open_at_the_end_is_not_within_limits(monkeypatch
     page = (tmp_path / "report.html").read_text()
     assert "It may still be closed." in page
     assert "Within limits" not in page
+
+
+def test_a_hand_on_a_port_that_does_not_answer_gets_a_case(tmp_path):
+    board, port = os.openpty()
+    arguments = ["validate", "--hil", os.ttyname(port), "--only", "presence", "--out", str(tmp_path)]
+    try:
+        result = CliRunner().invoke(main, arguments)
+    finally:
+        os.close(board)
+        os.close(port)
+    assert result.exit_code == Exit.NO_HAND
+    assert f"aero-hil diagnose {tmp_path} --hil" in " ".join(result.stdout.split())
+    assert "no reply to GET_POS" in result.stderr
+    case = read_case(tmp_path).case
+    assert {Suspect(Part.USB), Suspect(Part.BOARD), Suspect(Part.COMPUTER)} <= case.strong
+
+
+def test_a_port_that_does_not_exist_gets_no_case(tmp_path):
+    result = CliRunner().invoke(main, ["validate", "--hil", str(tmp_path / "nowhere"), "--out", str(tmp_path / "out")])
+    assert result.exit_code == Exit.NO_HAND
+    assert not (tmp_path / "out").exists() or not any((tmp_path / "out").iterdir())

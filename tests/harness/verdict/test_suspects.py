@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import FINGERS, Channel
-from aero.errors import LinkTimeoutError
+from aero.errors import LinkTimeoutError, NoTelemetryError
 from aero.safety import SafetyReason, SafetyStopError
 from hil.checks import JUDGED
 from hil.checks.shared.declaration import EvidenceKind
@@ -49,6 +49,7 @@ def all_of(excess, labels=ALL):
 STOPPED = RunEnd(EndKind.STOPPED, error=SafetyStopError("", SafetyReason.STALE))
 SILENT = RunEnd(EndKind.LINK, error=LinkTimeoutError("", 0, 0.0))
 GONE = RunEnd(EndKind.LINK, error=ConnectionError())
+UNREAD = RunEnd(EndKind.LINK, error=NoTelemetryError())
 OF_THE_WHOLE = {
     "driver": ({"driver__sent": 3, "staircase__tracking_rms": 9}, FINISHED, Part.DRIVER),
     "restart": ({"session__restarts": 3, "session__lost_replies": 3}, FINISHED, Part.BOARD),
@@ -58,6 +59,7 @@ OF_THE_WHOLE = {
     ),
     "port gone": ({}, GONE, Part.USB),
     "silent": ({}, SILENT, Part.BOARD),
+    "servos never read": ({}, UNREAD, Part.BUS),
     "stands still": ({"presence__distinct_readings": -3}, STOPPED, Part.BUS),
     "late": ({"presence__round_trip": 3, "replay__replay_delay": all_of(2)}, FINISHED, Part.USB),
     "torque of all": ({"excursion__closed_percent": all_of(-3), "staircase__spring": all_of(2)}, FINISHED, Part.SUPPLY),
