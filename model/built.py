@@ -15,12 +15,10 @@ from model.appearance import CABLE_RGBA
 from model.geometry import hand_geometry
 from model.geometry.palm import THENAR_GUIDE
 from model.geometry.winding import SPOOL_RADIUS, WINDING
-from model.parameters import STANDARD_GRAVITY, BuiltHandParameters
+from model.parameters import LONGEST, STANDARD_GRAVITY, BuiltHandParameters
 from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
 from model.softness import constraint
 
-NEVER = 1.0
-"""Upper limit of the cables' length, m; never reached."""
 COUPLING_COMPLIANCE = 0.002
 """Compliance of the PIP-DIP and thumb MCP-IP couplings, rad/(N m)."""
 SPOOL_ROW = (
@@ -177,7 +175,7 @@ def _add_cable(spec: mujoco.MjSpec, channel: Channel, unit: BuiltHandParameters)
     tendon = spec.add_tendon(
         name=cable_name(channel),
         limited=mujoco.mjtLimited.mjLIMITED_TRUE,
-        range=(-unit.cable_take_up[channel], NEVER),
+        range=(-unit.cable_take_up[channel], LONGEST),
     )
     for joint, radius in winding(channel, unit).items():
         tendon.wrap_joint(joint.label, radius)

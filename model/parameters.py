@@ -28,6 +28,10 @@ _SPRING_CLOSED = (*(0.085, 0.100, 0.120) * 4, 0.0, 0.160, 0.110, 0.130)
 _SPOOL_FRICTION = (0.034, 0.025, 0.034, 0.030, 0.025, 0.043, 0.017)
 
 
+LONGEST = 1.0
+"""Limit of a cable's length, m, which no cable of the hand reaches."""
+
+
 @dataclass(frozen=True)
 class BuiltHandParameters:
     """Mechanics of one hand behind its servos' output shafts."""
@@ -92,6 +96,8 @@ class BuiltHandParameters:
             signed = field.name in {"cable_take_up", "spring_open", "spring_closed", "down"}
             if not np.all(np.isfinite(values)) or (np.any(values < 0) and not signed):
                 raise ValueError(f"{field.name} must be finite and not negative, not {getattr(self, field.name)}")
+        if np.min(self.cable_take_up) <= -LONGEST:
+            raise ValueError(f"cable_take_up must be above {-LONGEST:g} m, not {min(self.cable_take_up):g}")
         less = np.less(self.spring_closed, self.spring_open)
         if np.any(less):
             joint = Joint(int(np.argmax(less)))

@@ -10,7 +10,6 @@ import shutil
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -31,7 +30,6 @@ LINES = {
     "evaluate": "evaluate --on hands --units 8 --seconds 2 --out kept",
 }
 LATEST_S = {"campaign": 15.0, "calibrate": 20.0, "evaluate": 25.0}
-ROOT = Path(__file__).parents[2]
 
 
 def kept_by(name, folder, code):
@@ -78,9 +76,8 @@ def recorded(tmp_path_factory):
 def test_what_was_kept_is_whole_and_the_ending_is_said(name, ending, moment, tmp_path, recorded):
     shutil.copy(recorded, tmp_path)
     after_s = random.Random(f"{name} {ending} {moment}").uniform(0.2, LATEST_S[name])
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
     command = subprocess.Popen(
-        [sys.executable, "-m", "hil.cli", *LINES[name].split()], cwd=tmp_path, env=environment,
+        [sys.executable, "-m", "hil.cli", *LINES[name].split()], cwd=tmp_path,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip
     try:

@@ -205,3 +205,8 @@ def test_compiled_model_carries_the_parameters():
     assert model.dof_frictionloss[abduction] == pytest.approx(0.012)
     assert model.opt.timestep == 0.001
     assert model.opt.gravity[2] * (1.0 - model.body_gravcomp[2]) == pytest.approx(-3.0)
+
+
+def test_a_cable_that_is_too_short_to_exist_is_refused():
+    with pytest.raises(ValueError, match="cable_take_up must be above -1 m"):
+        BuiltHandParameters(cable_take_up=(0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0))

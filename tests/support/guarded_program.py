@@ -217,7 +217,7 @@ class GuardedProgram:
             else:
                 self._killed(cut)
         finally:
-            self.over = True
+            self.over, self.left_s = True, self.clock.now()
             self._signals.close()
         self._demand_open()
 
@@ -265,11 +265,11 @@ class GuardedProgram:
         self.said = f"{SWITCH_OFF}, because {doubt}" if doubt else ""
 
     def _demand_open(self):
-        self.clock.sleep_until(self.clock.now() + SETTLES_S)
+        commanded = self.link.log is None or any(way == ">" and data[:1] in MOVES for _, way, data in self.link.log)
+        # A board that has started homes by itself; one that hangs meanwhile leaves bent what no program has moved.
+        self.clock.sleep_until(self.clock.now() + (SETTLES_S if commanded else STARTS_S))
         self.electronics.advance_plant()
         bent = np.abs(np.rad2deg(self._bench.mechanics.joint_angles())).max()
-        # A board that hangs while it homes by itself leaves bent what no program has moved.
-        commanded = self.link.log is None or any(way == ">" and data[:1] in MOVES for _, way, data in self.link.log)
         told = SWITCH_OFF in self.said or bool(self.built) or not commanded
         assert bent < OPEN_DEG or (told and self.excused), (
             f"the hand is left {bent:.0f} degrees bent, although its board answers; said: {self.said!r}, "

@@ -2,7 +2,7 @@
 
 import numpy as np
 from exchanged_signals import STEP_S, longest_s, signals
-from guarded_program import SETTLES_S, GuardedProgram, step
+from guarded_program import GuardedProgram, step
 
 from aero.protocol import Opcode
 from aero.safety import Thresholds
@@ -91,7 +91,7 @@ class PromisedProgram(GuardedProgram):
             "short": (longest_s(seen & (found["short"] > LIMITS.short)), LIMITS.stray_s + late_s),
             "gentle": (np.max(found["step"], where=gentle, initial=0.0), 1.1 * STEP_S / LIMITS.opening_s),
             "unasked": (self._unasked(log), 0),
-            "ending": (max(self.clock.now() - SETTLES_S - ended, self._stopping_s()), ENDING_S),
+            "ending": (max(self.left_s - ended, self._stopping_s()), ENDING_S),
         }
         self.broken = {name: f"{value:.3g} of {bound:.3g}" for name, (value, bound) in most.items() if value > bound}
 
