@@ -240,6 +240,9 @@ def _one(signs: RunSigns, channel: Channel, others: frozenset[Channel]) -> Clue:
         strong, weak = own | place | _hand(Part.SETUP), _hand(Part.BUS) | shared
     lean = frozenset(one.label for one in THUMB) if channel in THUMB else frozenset[str]()
     explains = lean | {channel.label, "hand"} | frozenset(one.label for one in others)
+    if Kind.SPEED in signs.hand:
+        # a weak supply fails first at the digit with the largest load, and slows the others
+        strong |= _hand(Part.SUPPLY)
     weak |= _of(others | (THUMB - {channel} if channel in THUMB else frozenset()), Part.SERVO, Part.DIGIT)
     return Clue(f"readings of the {subject_words(channel.label)} are off", strong, weak, explains)
 

@@ -12,6 +12,7 @@ from hil.verdict.parts import Part, Suspect
     ("fault", "convicted"),
     [
         pytest.param("reply_lost=0.05", Suspect(Part.USB), marks=pytest.mark.slow),
+        pytest.param("supply_low=0.3", Suspect(Part.SUPPLY), marks=pytest.mark.slow),
         ("motor_dead:ring", Suspect(Part.SERVO, Channel.RING)),
         pytest.param("cable_snapped:ring", Suspect(Part.DIGIT, Channel.RING), marks=pytest.mark.slow),
     ],

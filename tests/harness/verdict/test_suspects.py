@@ -81,6 +81,11 @@ def test_one_channel_leaves_its_servo_its_digit_and_the_set_up():
     assert found.strong == of(Channel.RING, Part.SERVO, Part.DIGIT) | {Suspect(Part.SETUP)}
 
 
+def test_the_supply_is_suspected_with_a_digit_where_the_hand_is_slow_too():
+    found = isolated(excursion__closed_percent=-9, response__open_close_rate=-2)
+    assert found.strong == of(Channel.RING, Part.SERVO, Part.DIGIT) | {Suspect(Part.SETUP), Suspect(Part.SUPPLY)}
+
+
 def test_abduction_is_suspected_where_cmc_flexion_goes_further_than_it_lets_it():
     found = isolated(excursion__closed_percent={"thumb_cmc_flexion": 15.0})
     assert {one.channel for one in found.strong} == {Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, None}
