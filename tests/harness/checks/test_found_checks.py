@@ -7,10 +7,11 @@ import pytest
 
 from aero.errors import LinkTimeoutError
 from hil import open_target
-from hil.checks import EXPERIMENTS
+from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.shared.experiment import record
 from hil.recordings.output import json_text
 from hil.report.results import checks_json
+from hil.verdict.findings import failed
 from hil.verdict.validation import validate
 
 SOME = ("presence", "audit")
@@ -65,3 +66,12 @@ def test_a_board_that_falls_silent_ends_the_run_with_the_drivers_words(monkeypat
     assert result.results == {}
     assert "may be homing" in result.end.finding.meaning
     assert not result.passed
+
+
+# Of the default hand, tests/harness/report has a complete run; the limits are those of homed hands.
+@pytest.mark.slow
+@pytest.mark.parametrize(("firmware", "side"), [("pre", "right"), ("0.1.5", "left"), ("0.2.0", "right")])
+def test_the_suite_is_green_on_the_measured_hand(side, firmware):
+    with open_target(unit="reference", side=side, firmware=firmware, homed=True) as target:
+        result = validate(target, DEFAULT)
+    assert [finding.sentence for finding in failed(result.findings)] == []
