@@ -47,6 +47,10 @@ class Ended(click.ClickException):
         super().__init__(printable(message))
         self.exit_code = code  # type: ignore[misc]  # Click reads it of the instance
 
+    def show(self, file: Any = None) -> None:
+        """Print the line on standard error."""
+        echo(f"Error: {self.message}", err=True)
+
 
 @contextmanager
 def usage_errors() -> Iterator[None]:

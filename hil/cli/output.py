@@ -3,7 +3,9 @@
 import errno
 import io
 import os
+import shutil
 import sys
+import textwrap
 from contextlib import suppress
 from typing import Any, TextIO
 
@@ -13,8 +15,15 @@ from aero.printable import printable
 
 
 def echo(text: object = "", *, err: bool = False, nl: bool = True) -> None:
-    """Print text, followed by a line feed if `nl`."""
-    click.echo(printable(str(text)), err=err, nl=nl)
+    """Print text, followed by a line feed if `nl`; a standard error on a terminal gets lines that end between words."""
+    shown = printable(str(text))
+    if err and sys.stderr is not None and sys.stderr.isatty():
+        width = shutil.get_terminal_size().columns
+        lines = (
+            textwrap.fill(line, width, break_long_words=False, break_on_hyphens=False) for line in shown.split("\n")
+        )
+        shown = "\n".join(lines)
+    click.echo(shown, err=err, nl=nl)
 
 
 CLOSED = {errno.EPIPE, errno.EIO, errno.EBADF}

@@ -1,6 +1,9 @@
 """The table of docs/commands.md from kind of ending to exit code, held against the commands."""
 
+import os
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -83,3 +86,20 @@ def test_each_kind_of_ending_has_the_exit_codes_of_the_table(monkeypatch, tmp_pa
 def test_an_error_at_closing_decides_the_code(tmp_path):
     before = aborted("audit", LinkTimeoutError("no reply"), ())
     assert code_of(replace(before, error=SafetyStopError("closed")), failed=False, folder=tmp_path) == Exit.STOPPED
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
+def test_an_error_on_a_terminal_breaks_between_words():
+    terminal, err = os.openpty()
+    try:
+        line = [sys.executable, "-m", "hil.cli", "validate", "--hil", "/dev/there-is-no-such-port"]
+        environment = os.environ | {"COLUMNS": "60"}
+        subprocess.run(line, stdout=subprocess.DEVNULL, stderr=err, env=environment, check=False)
+        said = os.read(terminal, 10_000).decode().replace("\r", "")
+    finally:
+        os.close(terminal)
+        os.close(err)
+    lines = said.splitlines()
+    assert len(lines) > 1
+    assert all(len(line) <= 60 for line in lines)
+    assert " ".join(lines).startswith("Error: no hand at '/dev/there-is-no-such-port': ")
