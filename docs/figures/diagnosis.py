@@ -70,8 +70,8 @@ class CaseEnd:
     """Whether the convicted part is that of a fault."""
     convicted: str
     """Empty for none."""
-    gone_broken: bool
-    """Whether the failure was said to be gone, with no part convicted, on a hand that has its fault still."""
+    mended_broken: bool
+    """Whether a hand that still has its fault was said to be mended."""
     steps: tuple[str, ...]
     minutes: float
     """Time of the owner."""
@@ -89,7 +89,7 @@ def played(row: int, number: int) -> CaseEnd:
         one.found,
         any(is_right(suspect, fault) for suspect in one.told for fault in faults),
         ", ".join(map(str, one.told)),
-        one.gone and one.broken,
+        one.mended and one.broken,
         () if one.case is None else tuple(done.proposal.step.name for done in one.case.done),
         one.minutes,
         one.ended,
@@ -165,7 +165,7 @@ def row_of(name: str, ends: Sequence[CaseEnd]) -> list[str]:
         f"{right} {of}",
         f"{len(convicted) - right} {of}",
         f"{len(found) - len(convicted)} {of}",
-        f"{sum(one.gone_broken for one in found)} {of}",
+        f"{sum(one.mended_broken for one in found)} {of}",
         f"{median(steps):g}, at most {max(steps)}",
         f"{median([one.minutes for one in found] or [0]):g}",
     ]

@@ -35,7 +35,7 @@ def diagnose(*, folder: Path, port: str | None, view: bool, same_hand: bool) -> 
 
     CASE is the folder of the failed run (default: validation/latest), which also provides firmware version and side.
     Without --hil, the emulated hand of the case is recreated with its faults, and the program can do each step. Ctrl-C
-    interrupts the case; the same command resumes it. Exits with 0 if the failure is gone after the last step, else 1.
+    interrupts the case; the same command resumes it. Exits with 0 if the failure is gone and its cause known, else 1.
     """
     with usage_errors():
         stored = read_case(folder)
@@ -51,7 +51,7 @@ def diagnose(*, folder: Path, port: str | None, view: bool, same_hand: bool) -> 
             asker.tell("the case is interrupted; the same command resumes it at this step")
         raise
     echo(folder / "case.html")
-    sys.exit(Exit.WITHIN_LIMITS if session.case.gone else Exit.OUT_OF_LIMITS)
+    sys.exit(Exit.WITHIN_LIMITS if session.case.mended else Exit.OUT_OF_LIMITS)
 
 
 def _emulated(stored: StoredCase) -> CaseHand:

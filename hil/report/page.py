@@ -173,7 +173,7 @@ def _listed(case: DiagnosisCase) -> str:
 def _verdict_of_case(case: DiagnosisCase) -> str:
     """Return the key of `CASE_HEADINGS` for a case; a corrected set-up counts as a pass."""
     told = case.convicted
-    if case.state is CaseState.RESET or (case.gone and (told is None or told.part is Part.SETUP)):
+    if case.state is CaseState.RESET or (case.gone and told is not None and told.part is Part.SETUP):
         return "pass"
     return "unclear" if told is None else "fail"
 

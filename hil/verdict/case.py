@@ -134,6 +134,11 @@ class DiagnosisCase:
         return bool(self.done) and self.done[-1].outcome in ENDED and not self.done[-1].proposal.step.restores
 
     @property
+    def mended(self) -> bool:
+        """Whether the failure is gone after the last step, and its cause is known."""
+        return self.gone and bool(self.told)
+
+    @property
     def state(self) -> CaseState:
         """Current state of the case."""
         modes = [mode for mode, _ in self.group]

@@ -99,9 +99,9 @@ class Played:
         return (Suspect(Part.COMPUTER),) if self.busy else () if self.case is None else self.case.told
 
     @property
-    def gone(self) -> bool:
-        """Whether the failure is gone without a conviction."""
-        return self.case is not None and self.case.gone and not self.told
+    def mended(self) -> bool:
+        """Whether the case says that the failure is gone and its cause known."""
+        return self.case is not None and self.case.mended
 
     @property
     def minutes(self) -> float:

@@ -213,8 +213,9 @@ def test_what_may_have_happened_once_is_seen_again_before_a_step_can_mend_it(off
     case = case_of(LINK, before=Failures(off))
     assert case.next_step.step.name == "again"
     gone = played(case, {"again": StepOutcome.GONE})
-    assert (gone.state, gone.convicted) == (CaseState.NOT_SEEN_AGAIN, None)
-    assert played(case, {"cable": StepOutcome.GONE}).convicted == Suspect(Part.USB)
+    assert (gone.state, gone.convicted, gone.mended) == (CaseState.NOT_SEEN_AGAIN, None, False)
+    mended = played(case, {"cable": StepOutcome.GONE})
+    assert (mended.convicted, mended.mended) == (Suspect(Part.USB), True)
 
 
 def test_several_readings_of_one_kind_on_a_digit_are_no_chance():
