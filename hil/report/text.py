@@ -9,7 +9,6 @@ from hil.checks import JUDGED
 from hil.report.page import HEADINGS, verdict_of
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Validation
-from hil.verdict.parts import listed
 from hil.verdict.run_end import EndKind
 from hil.verdict.sentences import channel_sentences
 
@@ -53,10 +52,10 @@ def run_text(validation: Validation, report: str) -> Iterator[Text]:
 def _after_the_channels(validation: Validation) -> Iterator[Text]:
     """Yield suspects, next step and remark."""
     diagnosis = validation.diagnosis
-    if diagnosis.suspects:
-        yield Text.assemble(
-            ("Suspected: ", "bold"), f"{listed(map(str, diagnosis.suspects))}; no test has shown which."
-        )
+    if diagnosis.sentence:
+        suspected = Text(diagnosis.sentence)
+        suspected.highlight_words(["Suspected:"], "bold")
+        yield suspected
     if diagnosis.step:
         yield Text.assemble(("Next: ", "bold"), diagnosis.step.do.replace("`", ""))
         if diagnosis.step.command:

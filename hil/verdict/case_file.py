@@ -101,8 +101,10 @@ def read_case(folder: Path) -> StoredCase:
     path = folder / CASE
     try:
         return case_of(read_json(path))
+    except FileNotFoundError as error:
+        raise UnusableFileError(f"{folder} holds no case; `validate` opens one if a check fails") from error
     except OSError as error:
-        raise UnusableFileError(f"{folder} holds no case: {error.strerror or error}; `validate` opens one") from error
+        raise UnusableFileError(f"{path} cannot be read: {error.strerror or error}") from error
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise UnusableFileError(f"{path} is not a case of this version ({type(error).__name__})") from error
 

@@ -43,7 +43,7 @@ A stretch is one channel, or the hand, in one experiment.
 
 
 SEE_PLOTS = "See the readings and plots of the report, then validate again."
-HOME_AGAIN = "Home the hand again, twice, then validate again: only the travel of the thumb is off."
+HOME_AGAIN = "Only the travel of the thumb is off: home the hand twice and validate again. If it stays off, open this case:"
 LOOK_CLOSER = "Switch the supply off, compare the digit's cable and springs with its neighbour's, then look again."
 ON_VIRTUAL_TIME = "emulated"
 """Target name of a hand in this process, whose virtual clock waits for the program."""
@@ -280,7 +280,7 @@ def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path |
 def _step(run: Validation, case: DiagnosisCase, folder: Path | None) -> NextStep:
     """Return the next step of a case; for a thumb that may have homed badly, the homing that precedes any case."""
     if run.end.error is None and run.header is not None and homed_badly(case.before):
-        return NextStep(HOME_AGAIN, command_again(run.header))
+        return NextStep(HOME_AGAIN, command_of_case(run.header, folder))
     if (proposal := case.next_step) is None:
         return _action(run)
     return NextStep(proposal.text, command_of_case(run.header, folder))

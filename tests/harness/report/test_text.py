@@ -49,7 +49,7 @@ def broken(validated):
 def test_a_failed_run_says_verdict_channels_suspects_step_and_report(broken, width):
     said = " ".join(printed(broken, width).split())
     order = (
-        "Out of limits; 2 of ", "Ring finger: ", "Suspected: digit of the ring finger; no test",
+        "Out of limits; 2 of ", "Ring finger: ", "The ring is off. Suspected: digit of the ring finger; no test",
         "Next: Pull at the cable.", "aero-hil validate", "Report: out/report.html",
     )  # fmt: skip
     places = [said.index(text) for text in order]

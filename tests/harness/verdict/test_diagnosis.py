@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from hil import open_target
+from hil.faults import parse_fault
 from hil.recordings.recording import Header
 from hil.verdict.diagnosis import command_again, command_of_case
 from hil.verdict.failures import Failures
@@ -32,6 +33,13 @@ def test_what_a_person_interrupted_is_run_again_as_it_was():
 def test_a_case_is_taken_up_where_it_was_written(target, folder, command):
     header = Header("audit", target, "right", "0.2.0", "paper", "homed", "physical", 0)
     assert command_of_case(header, folder) == command
+
+
+def test_another_version_that_explains_the_run_is_named_and_leads_to_a_case():
+    with open_target(firmware="0.1.5", homed=True, faults=[parse_fault("board_runs_0.2.0")]) as target:
+        found = validate(target, ["excursion", "coupling"]).diagnosis
+    assert found.sentence.startswith("It reads as firmware 0.2.0 or main, or as a board not homed. Suspected: ")
+    assert found.step.command.startswith("aero-hil diagnose")
 
 
 def test_what_most_channels_share_is_said_once():
