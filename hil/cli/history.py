@@ -41,8 +41,8 @@ def history(*, hand: str, folders: tuple[Path, ...], out: Path) -> None:
         echo(f"left out: {folder}: {reason}", err=True)
     mine = of_hand(runs, hand)
     if not mine:
-        known = ", ".join(names_in(runs)) or "none that has a name or a serial number"
-        raise Ended(f"no run of {printable(hand)!r} there; there are runs of {known}", Exit.USAGE)
+        known = f"hands there: {named}" if (named := ", ".join(names_in(runs))) else "no run there names its hand"
+        raise Ended(f"no run of {printable(hand)!r}; {known}", Exit.USAGE)
     tracks = tracks_of(mine)
     drifts = drifts_of(tracks)
     with usage_errors():
