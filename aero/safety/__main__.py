@@ -48,7 +48,7 @@ def main(port: str, settings: str) -> None:
         settable=asked["settable"],
     )
     if doubt is not None:
-        sys.exit(f"{port}: the program has ended, and the hand may not be open. {SWITCH_OFF}, because {doubt}")
+        sys.exit(f"{port}: no program guards the hand now, and it may not be open. {SWITCH_OFF}, because {doubt}")
 
 
 def open_what_was_left(

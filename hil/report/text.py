@@ -23,7 +23,8 @@ def result_line(name: str, findings: Sequence[Finding]) -> Text:
 
     The number of failed checks is left to the verdict on the run, which withholds some of them.
     """
-    outcome = ("failed", "bold") if failed(findings) else f"{len(findings)} checks passed"
+    passed = f"{len(findings)} checks passed" if findings else "not judged"
+    outcome = ("failed", "bold") if failed(findings) else passed
     return Text.assemble(f"{name:10} {JUDGED[name].title}: ", outcome)
 
 
@@ -52,8 +53,9 @@ def run_text(validation: Validation, report: str) -> Iterator[Text]:
 def _after_the_channels(validation: Validation) -> Iterator[Text]:
     """Yield suspects, next step and remark."""
     diagnosis = validation.diagnosis
-    if diagnosis.sentence:
-        suspected = Text(diagnosis.sentence)
+    if diagnosis.suspects:
+        # a suspected channel has its sentence above
+        suspected = Text(diagnosis.suspected if diagnosis.channels else diagnosis.sentence)
         suspected.highlight_words(["Suspected:"], "bold")
         yield suspected
     if diagnosis.step:

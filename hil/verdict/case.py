@@ -237,10 +237,10 @@ def experiments_that_failed(failures: Failures, ran: Sequence[str]) -> tuple[str
 
 
 def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOutcome | None:
-    """Return the outcome of a step from the failures of the same experiments before and after; None if too few reran.
+    """Return the outcome of a step from the failures of the same experiments before and after; None if inconclusive.
 
-    GONE: no piece of evidence recurs. STAYS: the strongest piece or any chance event recurs. Anything between is
-    PARTLY, which clears and shows no mode.
+    GONE: no piece of evidence recurs, and each failed reading was measured again. STAYS: the strongest piece or any
+    chance event recurs. Anything between is PARTLY, which clears and shows no mode.
     """
     at, beside, strongest = proposal.at, proposal.beside, before.strongest
     again = before.pieces & after.pieces
@@ -261,4 +261,8 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     subjects = {piece.subject for piece in before.pieces} & LABELS.keys()
     # the runs of a case warm the servos up
     changed = any(one.subject in subjects and one.kind is not EvidenceKind.OWN_SENSOR for one in after.pieces)
-    return StepOutcome.PARTLY if again or changed else StepOutcome.GONE
+    if again or changed:
+        return StepOutcome.PARTLY
+    # a busy computer withholds readings, and another one of their kind may pass
+    withheld = {key for key in before.off if key[0] in EXPERIMENTS} - after.known
+    return None if withheld and not after.off else StepOutcome.GONE

@@ -56,7 +56,12 @@ class Diagnosis:
         if not self.clues:
             return ""
         seen = "; ".join(self.clues)
-        return f"{seen[0].upper()}{seen[1:]}. Suspected: {listed(map(str, self.suspects))}; no test has shown which."
+        return f"{seen[0].upper()}{seen[1:]}. {self.suspected}"
+
+    @property
+    def suspected(self) -> str:
+        """Sentence with the suspects; there must be some."""
+        return f"Suspected: {listed(map(str, self.suspects))}; no test has shown which."
 
 
 NOTHING = Diagnosis()

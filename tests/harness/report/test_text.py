@@ -49,7 +49,7 @@ def broken(validated):
 def test_a_failed_run_says_verdict_channels_suspects_step_and_report(broken, width):
     said = " ".join(printed(broken, width).split())
     order = (
-        "Out of limits; 2 of ", "Ring finger: ", "The ring is off. Suspected: digit of the ring finger; no test",
+        "Out of limits; 2 of ", "Ring finger: ", "Suspected: digit of the ring finger; no test",
         "Next: Pull at the cable.", "aero-hil validate", "Report: out/report.html",
     )  # fmt: skip
     places = [said.index(text) for text in order]
@@ -72,6 +72,14 @@ def test_a_run_that_fails_everywhere_fits_on_one_screen(validated):
     assert re.search(r"^and \d more$", said, re.MULTILINE)
 
 
+def test_a_conclusion_without_a_channel_is_said_once(broken):
+    clue = "it reads as firmware 0.1.5, or as a board not homed"
+    shared = replace(broken, diagnosis=Diagnosis((Suspect(Part.SETUP), Suspect(Part.BOARD)), (clue,)))
+    said = " ".join(printed(shared, 80).split())
+    assert "It reads as firmware 0.1.5, or as a board not homed. Suspected: set-up or board" in said
+    assert "ring is off" not in printed(broken, 200)
+
+
 def test_the_reason_of_an_error_is_left_to_standard_error(validated):
     error = LinkTimeoutError("no reply to GET_POS within 1 s")
     said = printed(replace(validated, end=RunEnd(EndKind.LINK, "audit", str(error), error)), 80)
@@ -84,6 +92,7 @@ def test_the_line_of_an_experiment_counts_no_failures(validated):
     findings = validated.results["staircase"].findings
     assert str(result_line("staircase", findings)).endswith(f": {len(findings)} checks passed")
     assert str(result_line("staircase", (*findings, replace(findings[0], passed=False)))).endswith(": failed")
+    assert str(result_line("coupling", ())).endswith(": not judged")
 
 
 def test_a_servo_without_a_channel_is_one_of_them():

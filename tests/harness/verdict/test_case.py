@@ -278,6 +278,14 @@ def test_a_failure_that_was_not_measured_again_is_not_known_to_be_gone():
     assert outcome_of(on("ring"), Failures(), Proposal(steps()["home"])) is None
 
 
+def test_a_failed_reading_that_was_withheld_is_not_known_to_be_gone():
+    """A busy computer withheld the palm's stop, and the thumb's other travel passed for it."""
+    palm, abducted = (("coupling", name, "thumb_cmc_flexion") for name in ("stop_without_abduction", "stop_abducted"))
+    before, power = Failures({palm: -2.0}), Proposal(steps()["power"])
+    assert outcome_of(before, Failures(known=frozenset({abducted}), complete=True), power) is None
+    assert outcome_of(before, Failures(known=frozenset({palm}), complete=True), power) is StepOutcome.GONE
+
+
 def test_what_is_off_elsewhere_is_not_the_failure():
     """Servos that had become warm, and a thumb with another zero after homing, kept each failure from going."""
     before = Failures({("response", "telemetry_period", "hand"): 2.0})
