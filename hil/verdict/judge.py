@@ -43,7 +43,7 @@ A stretch is one channel, or the hand, in one experiment.
 
 
 SEE_PLOTS = "See the readings and plots of the report, then validate again."
-HOME_AGAIN = "Only the travel of the thumb is off: home the hand twice and validate again. If it stays off, open this case:"
+HOME_AGAIN = "Only the travel of the thumb is off: home the hand twice, validate again. If it stays, open the case:"
 LOOK_CLOSER = "Switch the supply off, compare the digit's cable and springs with its neighbour's, then look again."
 ON_VIRTUAL_TIME = "emulated"
 """Target name of a hand in this process, whose virtual clock waits for the program."""
