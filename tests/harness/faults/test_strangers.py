@@ -3,7 +3,7 @@
 from contextlib import suppress
 
 import pytest
-from figures.strangers import FIFTH, FIRST, FOURTH, SIXTH, THIRD
+from figures.strangers import FIFTH, FIRST, FOURTH, SEVENTH, SIXTH, THIRD
 
 from aero.errors import AeroError
 from hil import open_target
@@ -11,7 +11,9 @@ from hil.faults import CATALOGUE
 from hil.faults.workbench import Workbench
 
 CLOSED = (64000, 62000, 60000, 58000, 45000, 48000, 45000)
-MECHANICS = ("tendon_range", "tendon_solref_lim", "tendon_solimp_lim", "jnt_stiffness", "jnt_range", "qpos_spring")
+CABLES_OF_MODEL = ("tendon_range", "tendon_solref_lim", "tendon_solimp_lim", "wrap_prm")
+MECHANICS = (*CABLES_OF_MODEL, "jnt_stiffness", "jnt_range", "qpos_spring")
+EARLIER = (*FIRST, *THIRD, *FOURTH, *FIFTH)
 STORED = ("id", "secondary_id", "baud", "mode", "max_temperature", "min_voltage", "protection_current")
 GAINS = ("position_p", "position_d", "kp", "kd", "dead_zone_cw", "dead_zone_ccw", "torque_limit")
 
@@ -53,10 +55,11 @@ def test_none_is_in_the_catalogue_and_each_is_there_once():
     assert not set(names) & set(CATALOGUE)
 
 
-def test_the_sixth_set_repeats_no_other():
-    names = [fault.name for fault in SIXTH]
+@pytest.mark.parametrize(("newer", "older"), [(SIXTH, EARLIER), (SEVENTH, (*EARLIER, *SIXTH))], ids=["6", "7"])
+def test_a_newer_set_repeats_no_older(newer, older):
+    names = [fault.name for fault in newer]
     assert len(set(names)) == len(names) == 30
-    assert not set(names) & {*CATALOGUE, *(fault.name for other in (FIRST, THIRD, FOURTH, FIFTH) for fault in other)}
+    assert not set(names) & {*CATALOGUE, *(fault.name for fault in older)}
 
 
 @pytest.mark.parametrize("fault", FIRST, ids=lambda fault: fault.name)
@@ -78,8 +81,8 @@ def test_a_stranger_is_gone_with_its_part(fault):
         assert bench.assembly.link.is_idle
 
 
-@pytest.mark.parametrize("fault", SIXTH, ids=lambda fault: fault.name)
-def test_a_stranger_of_the_sixth_set_leaves_the_hand_as_before_it_moved_with_it(fault):
+@pytest.mark.parametrize("fault", [*SIXTH, *SEVENTH], ids=lambda fault: fault.name)
+def test_a_stranger_of_a_newer_set_leaves_the_hand_as_before_it_moved_with_it(fault):
     with open_target(seed=3) as target:
         bench = target.get(Workbench)
         before, unit = parts_of(bench), bench.assembly.unit
