@@ -553,7 +553,7 @@ COUNTERFEIT = Fault(
     "counterfeit_servo",
     SERVO,
     Part.SERVO,
-    "a servo is weak, reads in steps of 16 counts, and reports too high a current",
+    "a servo is weak, and reports positions in steps of 16 counts",
     together(
         on_shaft(
             lambda assembly, fault: Motor(assembly.shafts, fault.where, lambda drive: weaker(drive, fault.severity))
