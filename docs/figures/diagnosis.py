@@ -52,7 +52,7 @@ def drawn(seed: int) -> list[tuple[Injection]]:
 
 
 ALL = (
-    PlayedSet("drawn faults of the catalogue, unseen", 477_000, drawn(477_000)),
+    PlayedSet("drawn faults of the catalogue, unseen", 482_000, drawn(482_000)),
     PlayedSet("strangers, the seventh set, unseen", 481_000, [(one,) for one in SEVENTH]),
     PlayedSet("strangers, the sixth set, seen", 478_000, [(one,) for one in SIXTH]),
     PlayedSet("no fault", 474_000, [()] * HEALTHY),
