@@ -134,8 +134,16 @@ class CaseSession:
             self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
         said = conclusion(self.case)
         if not self._hand.spec.in_software:
-            said += f" Then validate again: {shlex.join(['aero-hil', 'validate', '--hil', self._hand.spec.target])}"
+            said += f" Then validate again: {self._again}"
         self._asker.show(CaseShown(self._done, conclusion=said))
+
+    @property
+    def _again(self) -> str:
+        """Shell command that validates the hand once more, with placeholders for what was named wrongly."""
+        spec, wrong = self._hand.spec, not self.case.gone and any(mode.of_hand for mode in self.case.shown)
+        named = ["--firmware", "VERSION", "--hand", "SIDE"] if wrong else ["--firmware", spec.firmware]
+        side = ["--hand", spec.side] if spec.side == "left" and not wrong else []
+        return shlex.join(["aero-hil", "validate", "--hil", spec.target, *named, *side])
 
     @property
     def _done(self) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from hil.cli.emulated_case import ACTS
 from hil.targets.asker import Choice
 from hil.targets.hand_spec import HandSpec
 from hil.targets.target import NoHandError
-from hil.verdict.case import DiagnosisCase
+from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
 from hil.verdict.failures import Failures
 from hil.verdict.parts import Part, Suspect
@@ -135,6 +135,25 @@ def test_a_board_that_has_just_booted_is_asked_over_a_new_link(tmp_path):
         hand = Homing(target, 9)
         CaseSession(SETUP, tmp_path, hand, Silent()).go_through()
     assert hand.opened == 2
+
+
+@pytest.mark.parametrize(
+    ("ended", "command"),
+    [
+        ("version", "aero-hil validate --hil /dev/nowhere --firmware VERSION --hand SIDE"),
+        ("home", "aero-hil validate --hil /dev/nowhere --firmware 0.1.5 --hand left"),
+    ],
+)
+def test_a_case_ends_with_a_command_that_names_version_and_side(ended, command, tmp_path):
+    """A left hand with 0.1.5 was to be validated as a right one with the default version."""
+    outcome = StepOutcome.YES if ended == "version" else StepOutcome.FREED
+    closed = replace(SETUP, case=replace(SETUP.case, done=(Done(Proposal(steps()[ended]), outcome),)))
+    write_case(tmp_path, closed)
+    with open_target() as target:
+        hand = Homing(target, 0)
+        hand.spec = HandSpec("/dev/nowhere", "0.1.5", "left")
+        CaseSession(closed, tmp_path, hand, asker := Silent()).go_through()
+    assert asker.told[-1].conclusion.endswith(f" Then validate again: {command}")
 
 
 def test_a_newcomer_sees_a_whole_case_on_the_emulated_hand_of_the_run(tmp_path):
