@@ -99,6 +99,8 @@ def gone_through(tab, act):
                 assert tab.get_by_role("img", name="Touch: Ring").count()
                 act("exchange_servos ring middle")
             click(tab, "Done")
+            # a busy page still shows the button of the step that is done
+            expect(tab.get_by_role("button", name="Done", exact=True)).to_be_hidden()
         tab.wait_for_timeout(300)
     raise AssertionError(tab.inner_text("body"))
 
