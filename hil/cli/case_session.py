@@ -3,13 +3,14 @@
 import re
 import shlex
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
+from aero.errors import AeroError
 from aero.firmware import LONGEST_BOOT_S
 from aero.safety import SafetyReason, SafetyStopError
 from aero.whole_file import write_whole
@@ -79,11 +80,11 @@ class CaseHand(Protocol):
     def helper(self) -> CaseHelper | None:
         """Helper that can do steps on request, or None."""
 
-    def open(self) -> AbstractContextManager[Target]:
+    def open(self, *, may_be_silent: bool = False) -> AbstractContextManager[Target]:
         """Open the hand.
 
         Raises:
-            NoHandError: nothing answers.
+            NoHandError: nothing answers, and the hand may not be silent.
         """
 
 
@@ -95,9 +96,9 @@ class HandOnPort:
     clock: Clock = field(default_factory=WallClock)
     helper: CaseHelper | None = None
 
-    def open(self) -> AbstractContextManager[Target]:
+    def open(self, *, may_be_silent: bool = False) -> AbstractContextManager[Target]:
         """Open the hand."""
-        return open_hand(self.spec)
+        return open_hand(self.spec, may_be_silent=may_be_silent)
 
 
 class CaseSession:
@@ -266,7 +267,7 @@ class CaseSession:
     @contextmanager
     def _opened(self) -> Iterator[Target]:
         """Open the hand once its board answers; the board may home for a while after power-on."""
-        begun, booted = self._hand.clock.now(), False
+        begun, booted, resynchronised = self._hand.clock.now(), False, False
         with ExitStack() as stack:
             while True:
                 waited_s = self._hand.clock.now() - begun
@@ -279,11 +280,21 @@ class CaseSession:
                     booted = False
                 except NoHandError:
                     if waited_s > LONGEST_BOOT_S:
-                        raise
+                        if resynchronised:
+                            raise
+                        # not before, because a homing board would keep these bytes
+                        self._resynchronise()
+                        resynchronised = True
                     booted = True
                 self._asker.progress(0.0, "waiting for the board, which may home", LONGEST_BOOT_S - waited_s)
                 self._hand.clock.sleep_until(self._hand.clock.now() + TRY_S)
             yield opened
+
+    def _resynchronise(self) -> None:
+        """Complete a frame that another program has cut short, for whose rest the board waits."""
+        with suppress(AeroError, OSError, SafetyStopError, NoHandError), self._hand.open(may_be_silent=True) as opened:
+            if opened.hand.resynchronise():
+                self._asker.tell("the board waited for the rest of a command that another program had cut short")
 
 
 def _question(text: str) -> str:

@@ -1,7 +1,7 @@
 """Emulated hand of a case, with a helper that does the steps."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, suppress
 from typing import Literal
 
 from aero.channels import FINGERS, Channel
@@ -46,17 +46,13 @@ class EmulatedCaseHand:
         self.bench, self.spec, self.clock = bench, bench.spec, bench.clock
         self.helper = self
 
-    @contextmanager
-    def open(self) -> Iterator[Target]:
-        """Open the hand; afterwards restore temporarily replaced parts."""
-        try:
-            with self.bench.open() as target:
-                yield target
-        finally:
-            self.bench.workbench.put_back()
+    def open(self, *, may_be_silent: bool = False) -> AbstractContextManager[Target]:
+        """Open the hand."""
+        return self.bench.open(may_be_silent=may_be_silent)
 
     def do(self, proposal: Proposal) -> str:
-        """Do a step and return a description of the action."""
+        """Do a step and return a description of the action; parts replaced for the step before are put back first."""
+        self.bench.workbench.put_back()
         name = proposal.step.name
         at, beside = ("" if one is None else one.label for one in (proposal.at, proposal.beside))
         said = [act(self.bench.workbench, words.format(at=at, beside=beside)) for words in ACTS.get(name, ())]
@@ -68,6 +64,7 @@ class EmulatedCaseHand:
     def see(self, proposal: Proposal) -> str:
         """Look, measure or read as a step requires; return the observation."""
         bench = self.bench.workbench
+        bench.put_back()
         looks: dict[str, Callable[[], str]] = {
             "home": bench.let_go,
             "bend": lambda: self._each(bench.feel, proposal),

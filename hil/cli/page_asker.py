@@ -163,9 +163,9 @@ class SeenHand:
         self._hand, self._page = hand, page
 
     @contextmanager
-    def open(self) -> Iterator[Target]:
+    def open(self, *, may_be_silent: bool = False) -> Iterator[Target]:
         """Open the hand and show it on the page."""
-        with self._hand.open() as target:
+        with self._hand.open(may_be_silent=may_be_silent) as target:
             self._page.follow(source_of(target))
             yield target
 

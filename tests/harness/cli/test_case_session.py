@@ -1,6 +1,6 @@
 """A case is gone through alike by terminal, page and tests: an emulated hand, a board that homes, answers that stay."""
 
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 
 import pytest
@@ -12,9 +12,11 @@ from aero.safety import SafetyReason, SafetyStopError
 from hil import open_target
 from hil.cli import case_session, main
 from hil.cli.case_session import CONNECTED, COOLS_S, RUNS, CaseSession
-from hil.cli.emulated_case import ACTS
+from hil.cli.emulated_case import ACTS, EmulatedCaseHand
+from hil.faults import parse_fault
 from hil.targets.asker import Choice
 from hil.targets.hand_spec import HandSpec
+from hil.targets.standing_hand import StandingHand
 from hil.targets.target import NoHandError
 from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
@@ -73,7 +75,7 @@ class Homing:
         self.answers_at, self.opened = self.clock.now() + silent_s, 0
 
     @contextmanager
-    def open(self):
+    def open(self, *, may_be_silent=False):
         if self.clock.now() < self.answers_at:
             raise NoHandError("no hand answers")
         self.opened += 1
@@ -98,6 +100,32 @@ def test_a_board_that_homes_is_waited_for(silent_s, found, tmp_path):
     assert parts[-1] == 1.0
     left = [left_s for _, doing, left_s in asker.doing if "board" not in doing]
     assert left == sorted(left, reverse=True)
+
+
+def test_a_board_that_waits_for_the_rest_of_a_frame_gets_it(tmp_path):
+    """A board that another program had left out of step kept a step from ending any failure."""
+    once = replace(SETUP, case=replace(SETUP.case, before=Failures({("session", "lost_replies", "hand"): 3.0})))
+    write_case(tmp_path, once)
+    with closing(StandingHand(HandSpec())) as standing:
+        standing.electronics.board.receive(b"M105\n")
+        session = CaseSession(once, tmp_path, EmulatedCaseHand(standing), asker := Silent())
+        session.go_through()
+    (done,) = session.case.done
+    assert (done.proposal.step.name, done.outcome) == ("again", StepOutcome.GONE)
+    assert any("rest of a command" in one for one in asker.told if isinstance(one, str))
+
+
+def test_a_part_is_replaced_until_the_next_step(tmp_path):
+    """A board that homed was asked a second time from the old computer, which was then cleared."""
+    stalls = parse_fault("host_stalls=0.5")
+    with closing(StandingHand(HandSpec(faults=(stalls,)))) as standing:
+        hand = EmulatedCaseHand(standing)
+        hand.do(Proposal(steps()["computer"]))
+        for _ in range(2):
+            with hand.open():
+                assert f"inject {stalls}" not in standing.workbench.acts_present
+        hand.do(Proposal(steps()["again"]))
+        assert f"inject {stalls}" in standing.workbench.acts_present
 
 
 def test_a_hand_that_no_step_lets_answer_still_fails(tmp_path):
