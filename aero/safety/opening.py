@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from math import ceil
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,13 +45,13 @@ def move_slowly(
         clock: clock of the hand.
         start_codes: (7,) in 0..65535, current position.
         goal_codes: (7,) in 0..65535.
-        seconds: duration for a whole window; proportionally less for a shorter way.
+        seconds: duration for a whole window; proportionally less for a shorter way, in whole periods.
 
     Raises:
         ConnectionError: the link is lost.
     """
     start, goal = np.asarray(start_codes, np.float64), np.asarray(goal_codes, np.float64)
-    steps = max(1, round(seconds / STEP_S * float(np.abs(goal - start).max()) / MAX_CODE))
+    steps = max(1, ceil(seconds / STEP_S * float(np.abs(goal - start).max()) / MAX_CODE))
     begin = clock.now()
     for step in range(1, steps + 1):
         command(np.rint(start + (goal - start) * step / steps).astype(np.int64))
