@@ -208,8 +208,10 @@ class DiagnosisCase:
         for step in steps().values():
             places: list[Channel | None] = [None]
             if step.of_one_channel:
-                places = [channel for mode, channel in group if mode.part in OF_ONE and channel is not None]
-            for at in dict.fromkeys(places):
+                channels = {channel for mode, channel in group if mode.part in OF_ONE and channel is not None}
+                # the channel with most evidence first: a neighbour may only lean on it
+                places = [*sorted(channels, key=lambda one: (-len(self.before.kinds(one.label)), one))]
+            for at in places:
                 own = [one for one in group if not step.of_one_channel or one[1] is at]
                 if (step.name, at) not in tried and any(map(step.tests, own)):
                     found.append(Proposal(step, at, None if at is None else neighbour(at, failing)))

@@ -76,6 +76,14 @@ def test_every_suspect_has_a_mode(suspect):
     assert {mode.part for mode, _ in candidates([suspect])} == {suspect.part}
 
 
+def test_the_channel_with_the_evidence_is_looked_at_before_one_that_leans_on_it():
+    """The servo of a good abduction was exchanged first, where each failed reading was of CMC flexion."""
+    two = [Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION]
+    case = case_of([Suspect(Part.DIGIT, one) for one in two], before=on("thumb_cmc_flexion"))
+    looked = [done.proposal.at for done in played(case, {}).done if done.proposal.step.name == "bend"]
+    assert looked == [Channel.THUMB_CMC_FLEXION, Channel.THUMB_ABDUCTION]
+
+
 def test_no_thumb_is_compared_with_a_finger():
     for channel in (Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR):
         assert "finger" not in steps()["bend"].text(channel, neighbour(channel))
