@@ -14,6 +14,8 @@ from firmware_emulator.servo.models import REGISTERS
 
 pytestmark = pytest.mark.slow
 SHORT = ("--only", "presence", "--only", "audit", "--only", "excursion")
+PALM = (*SHORT, "--only", "coupling")
+"""Experiments that tell 0.2.0 from earlier versions, by the stop of the thumb at the palm."""
 BUS_BAUD = 1_000_000
 ANSWER, PATIENCE_S, TRIES = 6, 2.0, 5
 """Bytes of an answer of the bus, the time that it may take, s, and how often a packet is sent."""
@@ -45,6 +47,13 @@ def test_a_cable_off_its_spool(tmp_path):
     found, code, said = case_of(tmp_path, "--fault", "cable_snapped:middle")
     assert (found, code) == (Exit.OUT_OF_LIMITS, Exit.OUT_OF_LIMITS)
     assert "Digit of the middle finger. Put the cable back on its path and spool" in said
+
+
+def test_a_version_that_was_named_wrongly(tmp_path):
+    found, code, said = case_of(tmp_path, "--firmware", "0.1.5", only=PALM)
+    assert (found, code) == (Exit.OUT_OF_LIMITS, Exit.OUT_OF_LIMITS)
+    assert "Nothing is broken: name the version and side that are on the board, by --firmware" in said
+    assert "--firmware VERSION --hand SIDE" in said
 
 
 def test_a_usb_adapter_that_stalls(tmp_path):
