@@ -45,7 +45,7 @@ OUTCOMES = (
 )
 CONNECTED = "No hand answers. Are the supply and all plugs connected as before?"
 ALL_CONNECTED = (Option("all is connected", True), Option("something was off", False, "o"))
-REPEAT = "The run is inconclusive: a busy computer, or servos that were hot. Ready to repeat it."
+REPEAT = "The run is inconclusive: a busy computer, hot servos, or a lost link. Ready to repeat it."
 REPEATED = Option("repeat", StepOutcome.STAYS)
 RUNS = 3
 """Limit of runs after one step; a step without a conclusive run counts as not done."""

@@ -253,8 +253,11 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
         left = all(piece.subject != at.label for piece in again)
         if left and arrived and (not after.complete or any(piece.kind in kinds for piece in arrived)):
             return StepOutcome.MOVED
-    if after.ended or strongest in again or any(piece.kind in BY_CHANCE for piece in again):
+    if strongest in again or any(piece.kind in BY_CHANCE for piece in again):
         return StepOutcome.STAYS
+    if after.ended:
+        # a power cut or a pulled plug, unless the link was off before
+        return None if after.link_lost and not before.kinds("hand") else StepOutcome.STAYS
     # a run to its end shows that the guard does not stop it any more
     covered = after.complete if before.ended else strongest is None or strongest[:2] in after.measured
     if not covered:

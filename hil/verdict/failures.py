@@ -85,6 +85,11 @@ class Failures:
         """Whether the hand ended the run."""
         return any(key[0] == RUN for key in self.off)
 
+    @property
+    def link_lost(self) -> bool:
+        """Whether a lost link ended the run."""
+        return any(key[0] == RUN and EVIDENCE[key[:2]] is EvidenceKind.BYTES for key in self.off)
+
     def stopped_by(self, reason: SafetyReason) -> bool:
         """Return whether the guard stopped the run for a reason."""
         return any(key[:2] == (RUN, reason.value) for key in self.off)

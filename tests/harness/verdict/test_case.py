@@ -10,7 +10,7 @@ from aero.channels import FINGERS, Channel
 from aero.safety import SafetyReason
 from hil.verdict.case import CaseState, DiagnosisCase, Proposal, experiments_that_failed, outcome_of
 from hil.verdict.case_words import conclusion
-from hil.verdict.failures import Failures
+from hil.verdict.failures import RUN, Failures
 from hil.verdict.parts import Part, Suspect
 from hil.verdict.steps import OF_ONE, StepOutcome, candidates, modes, neighbour, steps
 
@@ -292,6 +292,20 @@ def test_a_failed_reading_that_was_withheld_is_not_known_to_be_gone():
     before, power = Failures({palm: -2.0}), Proposal(steps()["power"])
     assert outcome_of(before, Failures(known=frozenset({abducted}), complete=True), power) is None
     assert outcome_of(before, Failures(known=frozenset({palm}), complete=True), power) is StepOutcome.GONE
+
+
+@pytest.mark.parametrize(
+    ("off", "outcome"),
+    [
+        ({("staircase", "spring", "ring"): 2.0}, None),
+        ({("session", "stalls", "hand"): 2.0}, StepOutcome.STAYS),
+        ({(RUN, SafetyReason.STALE.value, "hand"): 2.0}, StepOutcome.STAYS),
+    ],
+)
+def test_a_power_cut_in_the_rerun_says_nothing_about_a_digit(off, outcome):
+    """Three seconds without power after an exchange of servos convicted the digit that was left."""
+    lost = Failures({(RUN, SafetyReason.SILENT.value, "hand"): 2.0, ("session", "lost_replies", "hand"): 2.0})
+    assert outcome_of(Failures(off), lost, EXCHANGE) is outcome
 
 
 def test_what_is_off_elsewhere_is_not_the_failure():
