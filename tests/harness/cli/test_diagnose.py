@@ -56,7 +56,7 @@ def test_what_a_person_sees_convicts_without_another_run(tmp_path):
 
 
 @contextmanager
-def emulated(_hand):
+def emulated(_hand, **_fields):
     with open_target(homed=True) as target:
         yield target
 
