@@ -15,13 +15,15 @@ FOLDER = os.environ.get("EXECUTED_TESTS")
 class ExecutedTests:
     """Node identifiers of one process, written as they come, for a session that is cut; each worker has its file."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, root: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._report = folder / f"{uuid.uuid4()}.txt"
+        self._within = root.relative_to(Path(__file__).parent)
+        """Folder that node identifiers are relative to."""
 
     def _note(self, what: str, nodes: Sequence[str]) -> None:
         with self._report.open("a", encoding="utf-8") as report:
-            report.writelines(f"{what} {node}\n" for node in nodes)
+            report.writelines(f"{what} {(self._within / node).as_posix()}\n" for node in nodes)
 
     def pytest_deselected(self, items: Sequence[pytest.Item]) -> None:
         """Note tests that an option leaves to other sessions."""
@@ -40,4 +42,4 @@ class ExecutedTests:
 def pytest_configure(config: pytest.Config) -> None:
     """Report only where CI names a folder."""
     if FOLDER:
-        config.pluginmanager.register(ExecutedTests(Path(FOLDER)))
+        config.pluginmanager.register(ExecutedTests(Path(FOLDER), config.rootpath))
