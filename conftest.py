@@ -18,12 +18,13 @@ class ExecutedTests:
     def __init__(self, folder: Path, root: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._report = folder / f"{uuid.uuid4()}.txt"
-        self._within = root.relative_to(Path(__file__).parent)
-        """Folder that node identifiers are relative to."""
+        parts = root.relative_to(Path(__file__).parent).parts
+        self._within = "".join(f"{part}/" for part in parts)
+        """Folder that node identifiers are relative to, with a final slash."""
 
     def _note(self, what: str, nodes: Sequence[str]) -> None:
         with self._report.open("a", encoding="utf-8") as report:
-            report.writelines(f"{what} {(self._within / node).as_posix()}\n" for node in nodes)
+            report.writelines(f"{what} {self._within}{node}\n" for node in nodes)
 
     def pytest_deselected(self, items: Sequence[pytest.Item]) -> None:
         """Note tests that an option leaves to other sessions."""
