@@ -49,7 +49,9 @@ def test_streams_that_the_shell_closed_change_nothing(tmp_path, closed):
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a system without pseudo-terminals")
-@pytest.mark.parametrize("command", [["validate", "--only", "staircase"], ["run-policy", "--empty", "--wait", "0"]])
+@pytest.mark.parametrize(
+    "command", [["validate", "--only", "staircase"], ["run-policy", "--hil", "pty", "--wait", "0"]]
+)
 def test_a_terminal_that_is_closed_ends_the_command_as_its_signal(tmp_path, command):
     reader, terminal = os.openpty()
     running = subprocess.Popen(
