@@ -35,8 +35,8 @@ class ExecutedTests:
         self._note("selected", [item.nodeid for item in session.items])
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note a test whose call ended in anything but a skip."""
-        if report.when == "call" and not report.skipped:
+        """Note a test whose call ended in anything but a skip; an expected failure was executed."""
+        if report.when == "call" and (not report.skipped or hasattr(report, "wasxfail")):
             self._note("executed", [report.nodeid])
 
 

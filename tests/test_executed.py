@@ -44,24 +44,29 @@ import pytest
 def test_run(): pass
 @pytest.mark.skip
 def test_skipped(): pass
+@pytest.mark.xfail
+def test_expected_to_fail(): assert False
 def test_left_out(): pass
 def test_last(): {last}
 """
 
 
+@pytest.mark.parametrize("own_root", ["", "robots/"])
 @pytest.mark.parametrize("last", ["pass", "import os; os._exit(1)"], ids=["ends", "is cut"])
-def test_a_session_reports_what_it_skipped_and_what_it_deselected(tmp_path, last):
+def test_a_session_reports_what_it_skipped_and_what_it_deselected(tmp_path, last, own_root):
     reports = tmp_path / "reports"
     (tmp_path / "conftest.py").write_text((ROOT / "conftest.py").read_text())
-    (tmp_path / "test_three.py").write_text(BODY.format(last=last))
-    options = ("-q", "-p", "no:aero_hil_pytest", "-p", "no:cacheprovider", "-k", "not left")
+    (tmp_path / own_root).mkdir(exist_ok=True)
+    (tmp_path / own_root / "pytest.ini").write_text("[pytest]\n")
+    (tmp_path / own_root / "test_three.py").write_text(BODY.format(last=last))
+    options = (f"--confcutdir={tmp_path}", "-q", "-p", "no:aero_hil_pytest", "-p", "no:cacheprovider", "-k", "not left")
     environment = {**os.environ, "EXECUTED_TESTS": str(reports)}
     environment.pop("PYTEST_XDIST_WORKER", None)
-    command = [sys.executable, "-m", "pytest", *options, "test_three.py"]
+    command = [sys.executable, "-m", "pytest", *options, f"{own_root}test_three.py"]
     subprocess.run(command, cwd=tmp_path, env=environment, check=last == "pass", capture_output=True)
     (reports / "cut").touch()
     unreached, missed = not_executed([read_run(reports)], [])
-    assert missed == ["test_three.py::test_left_out"]
-    assert set(unreached) == {"test_three.py::test_skipped"} | (
-        {"test_three.py::test_last"} if last != "pass" else set()
+    assert missed == [f"{own_root}test_three.py::test_left_out"]
+    assert set(unreached) == {f"{own_root}test_three.py::test_skipped"} | (
+        {f"{own_root}test_three.py::test_last"} if last != "pass" else set()
     )
