@@ -286,7 +286,7 @@ class CaseSession:
                         self._resynchronise()
                         resynchronised = True
                     booted = True
-                self._asker.progress(0.0, "waiting for the board, which may home", LONGEST_BOOT_S - waited_s)
+                self._asker.progress(0.0, "waiting for the board, which may home", max(0.0, LONGEST_BOOT_S - waited_s))
                 self._hand.clock.sleep_until(self._hand.clock.now() + TRY_S)
             yield opened
 
