@@ -1,7 +1,6 @@
 """Reading of user-supplied files: only regular files of bounded size and nesting.
 
-Opening a pipe would block, and reading a device would never end. `tests/harness/test_one_way_to_read.py` finds code
-that opens files without this module.
+Opening a pipe would block, and reading a device would never end.
 """
 
 from __future__ import annotations

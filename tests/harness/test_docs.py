@@ -6,7 +6,6 @@ from pathlib import Path
 import click
 import pytest
 
-from aero.exit_code import Exit
 from hil.cli import main
 from hil.cli.command_table import commands
 
@@ -26,11 +25,6 @@ def test_every_command_and_every_file_that_is_named_exists(page):
         assert (folder / name).exists() or name.startswith("reference/"), name
 
 
-@pytest.mark.parametrize("code", Exit)
-def test_every_exit_code_is_in_the_table(code):
-    assert f"| {code.value} |" in TEXTS[ROOT / "docs/commands.md"]
-
-
 @on_each_page
 def test_every_command_that_is_shown_has_these_options(page):
     for block in re.findall(r"^```(?:sh)?\n(.*?)^```", TEXTS[page], re.S | re.M):
@@ -46,11 +40,3 @@ def test_every_command_that_is_shown_has_these_options(page):
                 assert command is not None, line
             known = {option for parameter in command.params for option in parameter.opts + parameter.secondary_opts}
             assert {word.partition("=")[0] for word in words if word.startswith("--")} <= known | {"--help"}, line
-
-
-@on_each_page
-def test_lines_outside_tables_and_blocks_fit_into_120_columns(page):
-    """What is generated, between the markers of cog, is as long as it comes."""
-    prose = re.sub(r"^```.*?^```", "", TEXTS[page], flags=re.M | re.S)
-    prose = re.sub(r"^<!-- \[\[\[cog.*?^<!-- \[\[\[end\]\]\] -->", "", prose, flags=re.M | re.S)
-    assert [line for line in prose.splitlines() if len(line) > 120 and not line.startswith("|")] == []

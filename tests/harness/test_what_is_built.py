@@ -1,7 +1,6 @@
-"""What is built carries its commit, and what runs on each change is an environment of tox."""
+"""What is built carries its commit."""
 
 import os
-import re
 import shutil
 import subprocess
 import tarfile
@@ -68,10 +67,3 @@ def test_an_sdist_and_the_wheel_that_is_built_from_it_know_their_commit(checkout
     assert (unpacked / PLACE).read_text().strip() == commit_of(checkout)
     assert not (unpacked / ".git").exists()
     assert in_wheel(built(WheelBuilder, unpacked, tmp_path / "again")) == commit_of(checkout)
-
-
-def test_the_workflows_run_environments_of_tox():
-    matrix = re.findall(r"env: (?:\[(\w+)\]|(\w+))\}?$", (ROOT / ".github/workflows/tests.yml").read_text(), re.M)
-    named = {"".join(pair) for pair in matrix} | {"portable"}
-    assert {"tests", "lint", "types", "firmware", "realtime", "slow", "browser"} < named
-    assert named <= set(re.findall(r"^\[testenv:([\w-]+)\]", (ROOT / "tox.ini").read_text(), re.M))
