@@ -63,7 +63,15 @@ def _rebuild_jax(function: Callable[..., Any], arguments: tuple[Any, ...], state
     return array
 
 
+def _enum_member(substitute: Any, name: str) -> str:
+    """Return the name of an enum member; Python 3.11.2 pickles a member as `getattr(class, name)`."""
+    if substitute is not int:
+        raise CheckpointError(f"the file asks for builtins.getattr of {substitute!r}; do not trust it")
+    return name
+
+
 ALLOWED: dict[tuple[str, str], Any] = {
+    ("builtins", "getattr"): _enum_member,
     ("brax.training.acme.running_statistics", "RunningStatisticsState"): _Record,
     ("brax.training.acme.running_statistics", "NormalizationMode"): int,
     ("brax.training.types", "UInt64"): _Record,
