@@ -282,18 +282,21 @@ def test_a_recording_of_an_unknown_experiment_is_one_line(results, tmp_path, bes
 
 
 HEADERS = {
-    "commit": ("0" * 40, r"not of one run: they were made at the commits"),
-    "started": ("2024-05-01T10:00:00+02:00", "not of one run: they were made on"),
+    "commit": ("0" * 40, "1" * 40, r"not of one run: they were made at the commits"),
+    "started": ("2024-05-01T10:00:00+02:00", "2026-05-01T10:00:00+02:00", "not of one run: they were made on"),
 }
 
 
 @pytest.mark.parametrize("field", HEADERS)
 def test_recordings_of_one_hand_years_or_commits_apart_are_not_one_run(results, tmp_path, field):
-    value, said = HEADERS[field]
-    other = read_recording(results / "audit.mcap")
-    other = dataclasses.replace(other, header=dataclasses.replace(other.header, **{field: value}))
+    *values, said = HEADERS[field]
+    recordings = [read_recording(results / f"{name}.mcap") for name in ("presence", "audit")]
+    changed = [
+        dataclasses.replace(recording, header=dataclasses.replace(recording.header, **{field: value}))
+        for recording, value in zip(recordings, values, strict=True)
+    ]
     with pytest.raises(NotOneHandError, match=said):
-        judge_recordings([read_recording(results / "presence.mcap"), other])
+        judge_recordings(changed)
 
 
 def test_the_name_of_a_folder_need_not_be_text(results, tmp_path):
