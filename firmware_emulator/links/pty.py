@@ -13,6 +13,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Literal, Protocol
 
+from aero_hil_terminal import Terminal
 from firmware_emulator.bus import ServoBus
 from firmware_emulator.firmware.setup_and_loop import ResetCause
 from firmware_emulator.hand import EmulatedHand
@@ -21,7 +22,6 @@ from firmware_emulator.links import Closing
 from firmware_emulator.links.in_process import WireEntry
 from firmware_emulator.links.network import NetworkPort
 from firmware_emulator.links.serial_port import SerialPort
-from firmware_emulator.links.terminal import Terminal
 
 _LOG = logging.getLogger(__name__)
 REENUMERATES: frozenset[ResetCause] = frozenset({"power_on", "brown_out"})

@@ -15,7 +15,7 @@ from queue import SimpleQueue
 
 from aero.clock import Clock, WallClock
 from aero.transport import Transport
-from firmware_emulator.links.terminal import Terminal
+from aero_hil_terminal import Terminal
 from hil.faults.link import LinkFault
 from hil.faults.link_faults import Direction, LinkFaults
 from hil.faults.schedule import Schedule

@@ -13,7 +13,7 @@ from pathlib import Path
 import serial
 from click.testing import CliRunner
 
-from firmware_emulator.links.terminal import Terminal
+from aero_hil_terminal import Terminal
 from hil.cli import main
 
 ROOT = Path(__file__).parents[2]

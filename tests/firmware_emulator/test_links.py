@@ -10,13 +10,13 @@ import serial
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from aero_hil_terminal import Terminal
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Kernel
 from firmware_emulator.links import pty
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.links.pty import IDLE_S, POLLED_S, PtyServer
-from firmware_emulator.links.terminal import Terminal
 
 GET_TEMP = b"\x25".ljust(16, b"\0")
 

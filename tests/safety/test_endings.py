@@ -19,11 +19,11 @@ from aero import open_hand, serial_transport
 from aero.safety import GuardedHand, SafetyReason, SafetyStopError, Standby, Thresholds, standby
 from aero.safety.interrupts import uninterrupted, unwinding
 from aero.serial_transport import SerialTransport
+from aero_hil_terminal import Terminal
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.links.pty import PtyServer
-from firmware_emulator.links.terminal import Terminal
 from hil import NoHandError, open_target
 
 ROOT = Path(__file__).parents[2]

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
+from aero_hil_terminal import Terminal
 from firmware_emulator.links import Closing
 from firmware_emulator.links.pty import BusEnd, End, put_on_bus, serve
 from firmware_emulator.links.serial_port import SerialPort
-from firmware_emulator.links.terminal import Terminal
 from firmware_emulator.servo_chain import ServoChain
 
 

@@ -1,11 +1,14 @@
-"""Raw pseudo-terminal that behaves like an unopened serial port."""
+"""Raw pseudo-terminal that behaves like an unopened serial port.
+
+It stands alone: the emulator serves a hand on it without `aero`, `aero-hil guard` a port without the emulator.
+"""
 
 import os
 import struct
 import sys
 from pathlib import Path
-
-from firmware_emulator.links import Closing
+from types import TracebackType
+from typing import Self
 
 try:
     import fcntl
@@ -23,7 +26,7 @@ _SERVED: set[str] = set()
 """Terminals served by this process; a process cannot detect its own locks."""
 
 
-class Terminal(Closing):
+class Terminal:
     """Device end of a pseudo-terminal.
 
     A new pseudo-terminal echoes and translates line ends, so it is set to raw mode before a client can open it. One
@@ -55,6 +58,14 @@ class Terminal(Closing):
                 self._link = None
                 self.close()
                 raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
     @property
     def name(self) -> str:
