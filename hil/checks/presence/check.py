@@ -6,8 +6,9 @@ Records `codes`, `currents` and `temperatures`, and the bytes on the wire. The h
 import numpy as np
 
 from aero.channels import Channel
-from hil.checks.shared.exchanges import exchanges, lost_replies
+from hil.checks.shared.exchanges import exchanges
 from hil.checks.shared.experiment import Measured, require
+from hil.checks.shared.losses import lost_replies
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Header, Recording
 from hil.targets.boot_text import identify
@@ -49,7 +50,7 @@ def measure(recording: Recording) -> Measured:
     require(bool(trips), "replies")
     return channels | {
         "hand": {
-            "lost_replies": 100.0 * lost_replies(made) / len(made),
+            "lost_replies": 100.0 * lost_replies(made, delays=recording.delays) / len(made),
             "round_trip": 1e3 * float(np.median(trips)),
             "distinct_readings": float(len(np.unique(currents, axis=0))),
             "boot_contradictions": float(_contradictions(recording.header)),

@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
 from aero.protocol import FRAME_SIZE, Opcode, holds_boot_text
-from hil.checks.shared.exchanges import MEASUREMENTS, Exchange, exchanges, lost_replies, surplus_frames
+from hil.checks.shared.exchanges import MEASUREMENTS, Exchange, exchanges, surplus_frames
 from hil.checks.shared.experiment import Measured
-from hil.checks.shared.lateness import longest
+from hil.checks.shared.losses import excused, lost_replies
 from hil.recordings.recording import Recording
 
 LIMIT_REQUESTS = (0x31, 0x32)
@@ -29,25 +29,25 @@ After a lost reply, the driver sends another request within 0.1 s, which is answ
 def measure(recording: Recording) -> Measured:
     """Return the metrics of link and board over a session's bytes.
 
-    Lost replies (%), stray bytes and surplus replies (per thousand exchanges), absent byte values of positions, stalls
-    without a delay of this computer, restarts of the board, and unacknowledged requests for limits.
+    Lost replies (%), stray bytes and surplus replies (per thousand exchanges), absent byte values of positions, stalls,
+    restarts of the board, and unacknowledged requests for limits; losses during a delay of this computer are excused.
     """
     made = exchanges(recording.wire)
     asked = sum(exchange.opcode in MEASUREMENTS for exchange in made)
     restarted = holds_boot_text(b"".join(exchange.received for exchange in made))
     texts = [exchange.received for exchange in made if restarted and holds_boot_text(exchange.received)]
     quiet = [exchange for exchange in made if exchange.received not in texts]
-    stray = sum(len(exchange.received) % FRAME_SIZE for exchange in quiet) + FRAME_SIZE * surplus_frames(quiet)
+    odd = [exchange for exchange in quiet if len(exchange.received) % FRAME_SIZE]
+    on_time = [one for one in odd if not excused(recording.delays, one.t, max(one.times))]
+    stray = sum(len(exchange.received) % FRAME_SIZE for exchange in on_time) + FRAME_SIZE * surplus_frames(quiet)
     return {
         "hand": {
-            "lost_replies": 100.0 * lost_replies(made) / max(1, asked),
+            "lost_replies": 100.0 * lost_replies(made, delays=recording.delays) / max(1, asked),
             "stray_bytes": 1000.0 * stray / max(1, len(made)),
             **_absent_values(made),
-            "stalls": float(sum(longest(recording.delays, *one) == 0.0 for one in stalls(made))),
+            "stalls": float(sum(not excused(recording.delays, *one) for one in stalls(made))),
             "restarts": float(len(texts)),
-            "unanswered_limits": float(
-                sum(exchange.opcode in LIMIT_REQUESTS and len(exchange.received) < FRAME_SIZE for exchange in made)
-            ),
+            "unanswered_limits": float(lost_replies(made, LIMIT_REQUESTS, recording.delays)),
         }
     }
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from aero.protocol import FILLER, FRAME_SIZE, Opcode
+from aero.protocol import FRAME_SIZE, Opcode
 from hil.targets.wire_log import WireRecord
 
 MEASUREMENTS = range(0x22, 0x26)
@@ -51,28 +51,3 @@ def surplus_frames(made: Iterable[Exchange]) -> int:
         last = exchange.received[FRAME_SIZE * (frames - 1) : FRAME_SIZE * frames]
         due = 0 if last[:1] == bytes((exchange.opcode,)) else max(0, due - frames)
     return surplus
-
-
-def lost_replies(made: Iterable[Exchange]) -> int:
-    """Return the number of measurement requests without a reply.
-
-    A late reply, after another request, counts as received: the host may have been busy. Replies arrive in the order of
-    their requests, so a reply to a later request shows that earlier ones were lost. A reply with the opcode of no
-    waiting request is ignored.
-    """
-    lost = 0
-    overdue: list[int] = []
-    for exchange in made:
-        data = exchange.received
-        while len(data) >= FRAME_SIZE and data[1] == FILLER and data[0] in overdue:
-            lost += overdue.index(data[0])
-            del overdue[: overdue.index(data[0]) + 1]
-            data = data[FRAME_SIZE:]
-        if exchange.opcode not in MEASUREMENTS:
-            continue
-        if len(data) >= FRAME_SIZE:
-            lost += len(overdue) + (data[0] != exchange.opcode)
-            overdue.clear()
-        else:
-            overdue.append(exchange.opcode)
-    return lost + len(overdue)

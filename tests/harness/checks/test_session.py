@@ -1,6 +1,8 @@
 """The whole run, on bytes made by hand."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aero.protocol import BOOT_TEXT_MARKS
 from hil.checks.session import check as whole_run
@@ -54,6 +56,14 @@ COUNTED = {
     "limits that are not acknowledged": (
         [(0x31,), (0x22, reply(0x22)), (0x32, bytes(15))], {"stray_bytes": 5000.0, "unanswered_limits": 2.0},
     ),
+    # As the driver does it: the same request twice and another behind it, answered one by one.
+    "one limit that is lost, and pairs after it": (
+        [
+            (0x31,), (0x22, reply(0x22)),
+            *[(0x31,), (0x31,), (0x23, reply(0x31), reply(0x31), reply(0x23))] * 20,
+        ],
+        {"unanswered_limits": 1.0},
+    ),
     "limits that are": ([(0x31, reply(0x31)), (0x32, reply(0x32)), (0x33,)], {}),
 }  # fmt: skip
 NOTHING = {"lost_replies": 0.0, "stray_bytes": 0.0, "stalls": 0.0, "restarts": 0.0, "unanswered_limits": 0.0}
@@ -83,6 +93,35 @@ def test_a_link_stands_still_where_nothing_comes_for_long_and_the_computer_was_f
     delays = delay_series([Delay(1.35, held_up_s, Loop.PROGRAM)] if held_up_s else [])
     recording = Recording(HEADER, {} if delays is None else {DELAYS: delays}, wire)
     assert whole_run.measure(recording)["hand"]["stalls"] == expected
+
+
+@given(st.lists(st.sampled_from((0x22, 0x24, 0x31, 0x32)), min_size=1, max_size=30), st.data())
+def test_each_lost_reply_counts_once_however_late_the_others_come(opcodes, data):
+    """One lost acknowledgement counted 43 times, for the driver sent pairs after it."""
+    lost = data.draw(st.sets(st.integers(0, len(opcodes) - 1)))
+    late = data.draw(st.integers(0, 3))
+    due = [[reply(opcode)] if at not in lost else [] for at, opcode in enumerate(opcodes)]
+    answers = [*[[] for _ in range(late)], *due]
+    behind = [piece for pieces in answers[len(opcodes) :] for piece in pieces]
+    found = measured(*((opcode, *pieces) for opcode, pieces in zip(opcodes, answers, strict=False)), (0x11, *behind))
+    assert found["unanswered_limits"] == sum(opcodes[at] > 0x30 for at in lost)
+
+
+@pytest.mark.parametrize("delayed", [False, True])
+def test_losses_while_this_computer_was_held_up_are_excused(delayed):
+    wire = (
+        WireRecord(1.0, "to_hand", bytes([0x31]) + bytes(15)),
+        WireRecord(1.1, "to_hand", bytes([0x22]) + bytes(15)),
+        WireRecord(1.11, "from_hand", reply(0x22, 19)),
+        WireRecord(1.2, "to_hand", bytes([0x22]) + bytes(15)),
+        WireRecord(1.3, "to_hand", bytes([0x24]) + bytes(15)),
+        WireRecord(1.31, "from_hand", reply(0x24)),
+    )
+    delays = [Delay(1.105, 0.05, Loop.PROGRAM), Delay(1.3, 0.02, Loop.BOARD)] if delayed else []
+    series = {DELAYS: delay_series(delays)} if delayed else {}
+    found = whole_run.measure(Recording(HEADER, series, wire))["hand"]
+    lost = [found[name] for name in ("lost_replies", "stray_bytes", "unanswered_limits")]
+    assert all(value == 0.0 for value in lost) if delayed else all(value > 0.0 for value in lost)
 
 
 @pytest.mark.parametrize(("turned", "replies", "expected"), [(b"", 512, 0.0), (b"\r", 512, 1.0), (b"\r", 99, None)])
