@@ -44,7 +44,7 @@ OUTCOMES = (
     NOT_DONE,
 )
 CONNECTED = "No hand answers. Are the supply and all plugs connected as before?"
-ALL_CONNECTED = (Option("all is connected", True), Option("something was off", False, "o"))
+ALL_CONNECTED = (Option("all is connected", True, "a"), Option("something was off", False, "o"))
 REPEAT = "The run is inconclusive: a busy computer, hot servos, or a lost link. Ready to repeat it."
 REPEATED = Option("repeat", StepOutcome.STAYS)
 RUNS = 3
@@ -182,7 +182,7 @@ class CaseSession:
         helper = self._hand.helper
         if helper is not None and proposal != self._seen_for and text not in self.stored.answers:
             self._seen_for = proposal
-            helped: Choice[bool] = Choice(text, (Option("look for me", True), Option("I have looked", False, "n")))
+            helped: Choice[bool] = Choice(text, (Option("look for me", True, "l"), Option("I have looked", False, "n")))
             if self._asker.ask(helped):
                 self._asker.tell(f"seen       {helper.see(proposal)}")
         return self._answer(Choice(text, options))
@@ -191,7 +191,7 @@ class CaseSession:
         """Ask until the step is done, or let the helper do it; return False if it was skipped."""
         if (helper := self._hand.helper) is None:
             return self._asker.ask(Choice(READY, (DONE, NOT_DONE))) is not StepOutcome.SKIPPED
-        helped = Choice(READY, (Option("do it for me", StepOutcome.UNSURE), replace(DONE, key="d"), NOT_DONE))
+        helped = Choice(READY, (Option("do it for me", StepOutcome.UNSURE, "m"), DONE, NOT_DONE))
         if (answer := self._asker.ask(helped)) is StepOutcome.UNSURE:
             self._asker.tell(f"done       {helper.do(proposal)}")
         return answer is not StepOutcome.SKIPPED

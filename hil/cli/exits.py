@@ -168,6 +168,20 @@ def stopping_announced() -> Iterator[None]:
             thread.join()
 
 
+@contextmanager
+def not_stopped_in_background() -> Iterator[None]:
+    """Ignore the signals by which a terminal stops a job in the background: a stopped program guards no hand."""
+    numbers = [getattr(signal, name) for name in ("SIGTTIN", "SIGTTOU") if hasattr(signal, name)]
+    if threading.current_thread() is not threading.main_thread():
+        numbers = []
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, previous in before.items():
+            signal.signal(number, previous)
+
+
 def _announce(signals: socket.socket) -> None:
     """Print the line once, at the first signal."""
     while received := signals.recv(1):
@@ -192,7 +206,7 @@ def run_module(command: click.Command) -> None:
 def run(command: Callable[[], Any]) -> None:
     """Run a command line and end the program with the resulting exit code."""
     try:
-        with stopping_announced():
+        with not_stopped_in_background(), stopping_announced():
             command()
     except click.exceptions.Abort:
         code, line = INTERRUPTED, "interrupted"

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import _thread
 import os
-import select
 import signal
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -29,14 +27,8 @@ if TYPE_CHECKING:
 
     from hil.cli.case_session import CaseHand
 
-LOOK_S = 1.0
-"""Poll period for a vanished page, s."""
 POLL_S = 0.1
 """Poll period for answers on systems without `select` on consoles, s."""
-try:
-    import termios
-except ImportError:  # Windows
-    termios = None  # type: ignore[assignment]
 
 
 class PageAsker(TerminalAsker):
@@ -53,8 +45,6 @@ class PageAsker(TerminalAsker):
         self._number = 0
         self._answered: SimpleQueue[tuple[int, str]] = SimpleQueue()
         self._wakes, self._wake = os.pipe()
-        self._reads = sys.stdin is not None and os.name == "posix"
-        self._typed = b""
         self._stopped = False
 
     def hear(self, words: str) -> None:
@@ -112,46 +102,24 @@ class PageAsker(TerminalAsker):
         super().tell(text)
 
     def read_line(self, legend: str) -> str:
-        """Return the first typed or clicked line; a partly typed one is dropped after a click."""
+        """Return the first typed or clicked line."""
         echo(f"{legend}> ", nl=False)
         while True:
             with suppress(Empty):
                 number, line = self._answered.get_nowait()
                 if number == self._number:
-                    self._drop_typed()
                     echo(f"{line} (on the page)")
                     return line
                 continue  # answer to an earlier question
-            if b"\n" in self._typed:
-                typed, _, self._typed = self._typed.partition(b"\n")
-                return typed.decode(errors="replace")
-            if not self._reads and not self.page.sending:
-                raise KeyboardInterrupt
             if os.name != "posix":
+                if not self.page.sending:
+                    raise KeyboardInterrupt
                 time.sleep(POLL_S)
                 continue
-            ends = [self._wakes, *([sys.stdin.fileno()] if self._reads else [])]
-            ready = select.select(ends, [], [], LOOK_S)[0]
-            if self._wakes in ready:
-                os.read(self._wakes, 1)
-            elif ready:
-                self._read()
-
-    def _read(self) -> None:
-        """Read typed text; the end of a terminal's input stops, the end of a script's input leaves only the page."""
-        end = sys.stdin.fileno()
-        data = os.read(end, 4096)
-        self._typed += data
-        if not data:
-            self._reads = False
-            if os.isatty(end):
+            if (typed := self._typed.line(self._wakes)) is not None:
+                return typed
+            if self._typed.over and not self.page.sending:
                 raise KeyboardInterrupt
-
-    def _drop_typed(self) -> None:
-        """Drop a partly typed line, which was meant for an answered question."""
-        if self._reads and termios is not None and os.isatty(sys.stdin.fileno()):
-            self._typed = b""
-            termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
 
 
 class SeenHand:

@@ -3,11 +3,12 @@
 import sys
 from typing import Any
 
-import click
 from rich.console import Console
 from rich.progress import BarColumn, TaskID, TaskProgressColumn
 
+from hil.cli.output import echo
 from hil.cli.terminal import BAR_WIDTH, ProgressBar, description, plain
+from hil.cli.typed_input import TypedInput
 from hil.targets.asker import Answer, CaseShown, Choice, Motion, Question
 
 
@@ -17,17 +18,19 @@ class TerminalAsker:
     def __init__(self, console: Console) -> None:
         """Print to a console."""
         self._console = console
+        self._typed = TypedInput()
         self._shown = 0
         self._bar: tuple[ProgressBar, TaskID] | None = None
 
     def ask(self, question: Question[Answer]) -> Answer:
-        """Ask until a valid answer arrives.
+        """Ask until a valid answer arrives; what was typed before the question was shown does not count.
 
         Raises:
             KeyboardInterrupt: at the end of the input, and on Ctrl-C.
         """
         self._print(question.text)
         while True:
+            self._typed.settle()
             line = self.read_line(f"{question.legend} " if isinstance(question, Choice) else "")
             try:
                 return question.read(line)
@@ -40,10 +43,11 @@ class TerminalAsker:
         Raises:
             KeyboardInterrupt: at the end of the input, and on Ctrl-C.
         """
-        try:
-            return str(click.prompt(legend, default="", show_default=False, prompt_suffix="> "))
-        except click.Abort as error:
-            raise KeyboardInterrupt from error
+        echo(f"{legend}> ", nl=False)
+        while (line := self._typed.line()) is None:
+            if self._typed.over:
+                raise KeyboardInterrupt
+        return line
 
     def show(self, case: CaseShown) -> None:
         """Print new steps, and the next one or the conclusion."""

@@ -10,6 +10,8 @@ from typing import Generic, Protocol, TypeVar
 from aero.channels import Channel
 
 Answer = TypeVar("Answer")
+READ_S = 0.5
+"""Time that a question is shown before a choice is accepted, s; above the interval of a double click."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Option(Generic[Answer]):
     label: str
     answer: Answer
     key: str = ""
-    """Key on a terminal; Enter if empty."""
+    """Key on a terminal; without one the label is typed. Enter alone answers no choice: it may be one too many."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class Choice(Question[Answer]):
     @property
     def legend(self) -> str:
         """Keys and labels of the options, for a terminal."""
-        return ", ".join(f"{one.key or 'Enter'} {one.label}" for one in self.options)
+        return ", ".join(f"{one.key} {one.label}" if one.key else f"type {one.label!r}" for one in self.options)
 
     def read(self, line: str) -> Answer:
         """Return the answer for its key, its label or its own text.
@@ -62,7 +64,7 @@ class Choice(Question[Answer]):
         """
         typed = line.strip().lower()
         for option in self.options:
-            if typed in (option.key, option.label.lower(), str(option.answer).lower()):
+            if typed and typed in (option.key, option.label.lower(), str(option.answer).lower()):
                 return option.answer
         raise ValueError(f"{line.strip()!r} is none of: {self.legend}")
 

@@ -14,6 +14,7 @@ from firmware_emulator.links.in_process import WireEntry
 from hil.faults.acts import ACTS, act
 from hil.faults.catalogue import channel_named
 from hil.faults.workbench import Workbench
+from hil.targets.foreground import in_foreground
 
 COMMAND = "command"
 """First word of a command that moves a channel like a host: `command ring 40`, in per cent of its window."""
@@ -114,7 +115,7 @@ class HandsOn:
         if not self._reads:
             return
         end = sys.stdin.fileno()
-        if os.isatty(end) and os.tcgetpgrp(end) != os.getpgrp():
+        if not in_foreground(end):
             return
         if not select.select([end], [], [], 0.0)[0]:
             return

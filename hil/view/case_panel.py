@@ -1,11 +1,13 @@
 """Panel of a case on the page: step, question with buttons, and Stop."""
 
+import threading
 from collections.abc import Callable
 from functools import partial
 
 import viser
 
 from aero.side import Side
+from hil.targets.asker import READ_S
 from hil.view import panel
 from hil.view.entered_lines import add_prompt
 from hil.view.frame import ANSWER, STOP, Asked, CaseMessage, CaseStands, Moving, Told
@@ -55,7 +57,7 @@ class CasePanel:
                 self._lines.content = panel.lines(self._told[-LAST_TOLD:])
 
     def _ask(self, asked: Asked) -> None:
-        """Replace the answer inputs by the buttons of a question or a field for a note."""
+        """Replace the answer inputs by the buttons of a question, enabled after `READ_S`, or a field for a note."""
         self._asked = asked
         for one in self._buttons:
             one.remove()
@@ -63,9 +65,16 @@ class CasePanel:
         self._note.value = ""  # type: ignore[misc]
         self._note.visible = bool(asked.number) and not asked.labels
         with self._answers:
-            self._buttons = [self._gui.add_button(label.capitalize()) for label in asked.labels]
+            self._buttons = [self._gui.add_button(label.capitalize(), disabled=True) for label in asked.labels]
         for label, button in zip(asked.labels, self._buttons, strict=True):
             button.on_click(partial(self._say, asked, label))
+        # the second click of a double click on the button that was here
+        threading.Timer(READ_S, self._enable, [asked]).start()
+
+    def _enable(self, asked: Asked) -> None:
+        if asked is self._asked:
+            for button in self._buttons:
+                button.disabled = False
 
     def _say(self, asked: Asked, line: str, _event: object = None) -> None:
         """Answer a question; its number lets the receiver ignore a late answer to an earlier question."""

@@ -155,10 +155,12 @@ def _answer(hand, prompt, step, named):
         question = asked if "take away" in asked else step
         seen = hand.do(_words(LOOKS, question))
         return "y" if sees(f"{seen}; named: {named}" if "flashed" in seen else seen) else "n"
-    if "Enter done" in asked:
+    if "'done'" in asked:
         for words in filter(None, _words(DOES, step).split(";")):
             hand.do(words)
-    return ""
+    if asks := re.search(r"type '(.+?)'", asked):
+        return asks[1]
+    return "a" if "a all is connected" in asked else ""
 
 
 def _words(table, text):

@@ -22,8 +22,8 @@ SHORTER = {
     r"aero-hil evaluate\b": "--units 1 --episodes 2 --seconds 2",
 }
 """Command to additional options that shorten it in tests."""
-TYPED = {r"aero-hil diagnose(?!.*--hil)": "n\n\n" * 60}
-"""Command to the typed input: no to each question, Enter to let the program do each step."""
+TYPED = {r"aero-hil diagnose(?!.*--hil)": "n\nm\n" * 60}
+"""Command to the typed input: no to each question, each step by the program."""
 
 
 class Terminal:

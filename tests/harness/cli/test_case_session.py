@@ -26,8 +26,8 @@ from hil.verdict.run_end import EndKind, RunEnd
 from hil.verdict.steps import StepOutcome, steps
 from hil.verdict.validation import validate
 
-BY_HELP = "n\n\n" * 40
-"""No to each question, and Enter to let each step be done."""
+BY_HELP = "n\nm\n" * 40
+"""No to each question, and each step by the program."""
 SETUP = StoredCase(
     DiagnosisCase(
         Failures({("presence", "round_trip", "hand"): 9.0, ("presence", "idle_current", "ring"): 3.0}),
@@ -187,7 +187,7 @@ def test_a_case_ends_with_a_command_that_names_version_and_side(ended, command, 
 def test_a_newcomer_sees_a_whole_case_on_the_emulated_hand_of_the_run(tmp_path):
     run = ["--only", "presence", "--only", "audit", "--fault", "motor_dead:ring", "--out", str(tmp_path)]
     CliRunner().invoke(main, ["validate", *run])
-    put_down = CliRunner().invoke(main, ["diagnose", str(tmp_path)], input="n\nn\n\nn\n\n")
+    put_down = CliRunner().invoke(main, ["diagnose", str(tmp_path)], input="n\nn\nm\nn\nm\n")
     assert "the same command resumes" in put_down.output
     assert len(read_case(tmp_path).case.done) == 1
     ended = CliRunner().invoke(main, ["diagnose", str(tmp_path)], input=BY_HELP)

@@ -63,7 +63,7 @@ def emulated(_hand, **_fields):
 
 def test_where_a_person_sees_nothing_the_experiments_are_run(folder, monkeypatch):
     monkeypatch.setattr(case_session, "open_hand", emulated)
-    ended = diagnosed(folder, "y\n\n")
+    ended = diagnosed(folder, "y\ndone\n")
     assert ended.exit_code == Exit.WITHIN_LIMITS
     assert "leave out of the hand what was taken away" in " ".join(ended.output.split())
     assert (folder / "step-1" / "audit.mcap").is_file()
@@ -86,7 +86,7 @@ def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):
 
     monkeypatch.setattr(case_session, "open_hand", emulated)
     monkeypatch.setattr(validation, "_run", interrupt)
-    ended = diagnosed(folder, "n\n\n")
+    ended = diagnosed(folder, "n\ndone\n")
     assert ended.output.count("next step") == 1
     assert "the same command resumes" in ended.output
     assert read_case(folder).case.done == ()

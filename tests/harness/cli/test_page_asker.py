@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from hil.cli import typed_input
 from hil.cli.page_asker import PageAsker
 from hil.cli.terminal import console
 from hil.targets.asker import YES_OR_NO, CaseShown, Choice, FreeText, Motion, Option, StepShown
@@ -23,14 +24,19 @@ class Looking(Observer):
     def __init__(self):
         self.shown = []
         self.on_ask = lambda number: None
-        self.sending = True
 
     sending = True
 
     def show(self, message):
         self.shown.append(message)
-        if isinstance(message, Asked) and message.number:
-            self.on_ask(message.number)
+
+
+class Prompting(PageAsker):
+    """Lets the person act at each prompt."""
+
+    def read_line(self, legend):
+        self.page.on_ask(self._number)
+        return super().read_line(legend)
 
 
 @pytest.fixture
@@ -44,8 +50,9 @@ def terminal(monkeypatch):
 
 
 @pytest.fixture
-def asker(terminal):
-    made = PageAsker(console())
+def asker(terminal, monkeypatch):
+    monkeypatch.setattr(typed_input, "READ_S", 0.0)
+    made = Prompting(console())
     made.page = Looking()
     return made
 
@@ -128,9 +135,11 @@ def test_stop_ends_a_question(asker):
         asker.ask(QUESTION)
 
 
-def test_without_input_the_page_answers_and_without_both_nobody_waits(asker, monkeypatch):
+def test_without_input_the_page_answers_and_without_both_nobody_waits(monkeypatch):
     with Path(os.devnull).open() as nothing:
         monkeypatch.setattr("sys.stdin", nothing)
+        asker = Prompting(console())
+        asker.page = Looking()
         asker.page.on_ask = lambda number: asker.hear(f"answer {number} yes")
         assert asker.ask(QUESTION) is True
         asker.page.on_ask = lambda number: None
