@@ -19,8 +19,8 @@ from aero_hil_options import PluginOptions
 
 if TYPE_CHECKING:
     from aero.hand import Hand
+    from hil.emulated.lent_hand import LentHand, SharedHand
     from hil.targets.hand_spec import HandSpec
-    from hil.targets.lent_hand import LentHand, SharedHand
     from hil.targets.target import Target
 
 
@@ -114,7 +114,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, o
     for item in ours:
         with _usage_errors(f"{item.nodeid}: "):
             for text in _fault_texts(item):
-                _ours("hil.faults.catalogue").parse_fault(text)
+                _ours("hil.emulated.faults.catalogue").parse_fault(text)
     ours.sort(key=lambda item: (not item.get_closest_marker("presence"), bool(item.get_closest_marker("homes"))))
     for place, item in zip(places, ours, strict=True):
         items[place] = item
@@ -156,14 +156,14 @@ def _refuse(item: pytest.Item) -> None:
         stash[_FAILED] = item.name
         pytest.fail(stash[_NO_HAND], pytrace=False)
     target = stash[_SHARED].target if _SHARED in stash else None
-    marks, left_out = {mark.name for mark in item.iter_markers()}, _ours("hil.targets.lent_hand").left_out
+    marks, left_out = {mark.name for mark in item.iter_markers()}, _ours("hil.emulated.lent_hand").left_out
     if reason := left_out(marks, item.config.option, target, stash.get(_FAILED, "")):
         pytest.skip(reason)
 
 
 def _give(item: pytest.Item, target: Target, faults: tuple[str, ...] = ()) -> None:
     """Record the hand of a test, for its report and teardown."""
-    lent_hand = _ours("hil.targets.lent_hand")
+    lent_hand = _ours("hil.emulated.lent_hand")
     if _LENT not in item.stash:
         item.user_properties += lent_hand.properties(target, _ours("hil.recordings.provenance").source_commit())
     item.stash[_LENT] = lent_hand.LentHand.of(target, faults)
@@ -274,7 +274,7 @@ def aero_target(request: pytest.FixtureRequest, _aero_hil: Callable[[], SharedHa
 def aero_hand(request: pytest.FixtureRequest, aero_target: Target) -> Hand:
     """Driver of the target's hand, commanded open and at rest."""
     aero_target.hand.command_codes([0] * 7)
-    if not _ours("hil.targets.lent_hand").at_rest(aero_target):
+    if not _ours("hil.emulated.lent_hand").at_rest(aero_target):
         pytest.fail("the hand does not come to rest after it was commanded open")
     _count_from_now(request.node)
     return aero_target.hand
@@ -318,7 +318,7 @@ def _shared(config: pytest.Config) -> SharedHand:
                 raise  # a defect needs its traceback
             raise pytest.UsageError(str(error) if code == exits.Exit.DEFECT else line) from error
         config.add_cleanup(opened.close)
-        lent_hand = _ours("hil.targets.lent_hand")
+        lent_hand = _ours("hil.emulated.lent_hand")
         if config.option.aero_hil not in SOFTWARE:  # like tests with a mark `fault`
             target = lent_hand.refusing_acts(target, lambda _: pytest.skip(lent_hand.NOT_EMULATED))
         config.stash[_SHARED] = lent_hand.SharedHand(target)
@@ -328,7 +328,7 @@ def _shared(config: pytest.Config) -> SharedHand:
 def _spec(config: pytest.Config, texts: Sequence[str] = ()) -> HandSpec:
     """Return the hand selected by the options, with these faults."""
     with _usage_errors("--hil: "):
-        spec: HandSpec = _ours("hil.targets.lent_hand").chosen(config.option, texts)
+        spec: HandSpec = _ours("hil.emulated.lent_hand").chosen(config.option, texts)
     return spec
 
 

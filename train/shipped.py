@@ -19,7 +19,7 @@ from aero.exit_code import Exit
 from aero.whole_file import write_whole
 from aero_hil_toml import filled, parsed
 from hil.cli.exits import run_module, usage_errors
-from hil.cli.output import echo
+from hil.dialogue.printing import echo
 
 ROOT = Path(__file__).parents[1]
 TABLE = Path(__file__).with_name("shipped.toml")

@@ -11,7 +11,7 @@ from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP, named
 from rich.console import Console
 
 from figures import ROOT, Rows
-from hil.faults import CATALOGUE, parse_fault
+from hil.emulated.faults import CATALOGUE, parse_fault
 from hil.recordings.provenance import source_commit
 from train.campaign.store import opened
 from train.campaign.summary import NOT_FIRED, false_alarms, flagged, right_part, told

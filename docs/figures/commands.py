@@ -20,7 +20,7 @@ from unittest.mock import patch
 from aero.channels import CABLES, Channel
 from figures import Rows, store
 from hil import open_target
-from hil.faults import CATALOGUE
+from hil.emulated.faults import CATALOGUE
 from hil.history.drift import Track, drifts_of, tracks_of
 from hil.history.runs import of_hand, runs_in
 from hil.recordings.provenance import source_commit

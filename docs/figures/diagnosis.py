@@ -19,8 +19,8 @@ from owner import is_right, play
 from aero.side import Side
 from figures import ROOT, Rows
 from figures.strangers import SEVENTH
-from hil.faults import CATALOGUE
-from hil.faults.fault import Fault, Injection
+from hil.emulated.faults import CATALOGUE
+from hil.emulated.faults.fault import Fault, Injection
 from hil.recordings.provenance import source_commit
 
 DRAWN, HEALTHY = 30, 6

@@ -15,7 +15,7 @@ from hil.cli.command_table import DISTRIBUTION, Command, brought, commands, find
 from hil.cli.exits import Ended, code_of, ctrl_c_exits, run
 from hil.cli.logs import log_nowhere, with_log
 from hil.cli.missing import is_ours, other_package
-from hil.cli.output import echo, survive_closed_streams
+from hil.dialogue.printing import echo, survive_closed_streams
 
 MOVED = {name: f"it is `python -m train.{name}` now" for name in ("limits", "shipped")}
 """Former commands, now modules for maintainers."""

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from hil.cli.exits import usage_errors
-from hil.cli.output import echo
+from hil.dialogue.printing import echo
 from hil.verdict import baseline as baselines
 
 

@@ -40,12 +40,12 @@ OWN: dict[str, Command] = {
     "replay": Command("hil.cli.replay:replay", "Resend the bytes of a recording to a hand."),
     "baseline": Command("hil.cli.baseline:baseline", "Store a hand's figures for later comparison."),
     "history": Command("hil.cli.history:history", "Show a hand's readings over its runs, and drifts."),
-    "emulate": Command("hil.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
+    "emulate": Command("hil.emulated.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
     "faults": Command(
-        "hil.cli.faults:faults", "List the faults that can be injected into a hand or a link.", "emulate"
+        "hil.emulated.cli.faults:faults", "List the faults that can be injected into a hand or a link.", "emulate"
     ),
-    "proxy": Command("hil.cli.proxy:proxy", "Inject faults between a program and a port.", "emulate"),
-    "firmware": Command("hil.cli.firmware:firmware", "Build your own firmware; compare two firmwares."),
+    "proxy": Command("hil.emulated.cli.proxy:proxy", "Inject faults between a program and a port.", "emulate"),
+    "firmware": Command("hil.emulated.cli.firmware:firmware", "Build your own firmware; compare two firmwares."),
     "run-policy": Command("hil.cli.run_policy:run_policy", "Run a policy on a hand."),
 }
 

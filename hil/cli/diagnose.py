@@ -1,25 +1,41 @@
 """`aero-hil diagnose`: step-by-step isolation of the faulty part of a hand."""
 
 import sys
-from dataclasses import replace
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import click
 
+from aero.clock import Clock, WallClock
 from aero.exit_code import Exit
-from hil.cli.case_session import CaseHand, CaseSession, HandOnPort
-from hil.cli.emulated_case import EmulatedCaseHand, emulated_hand
 from hil.cli.exits import usage_errors
-from hil.cli.options import VIEW
-from hil.cli.output import echo
-from hil.cli.page_asker import PageAsker, SeenHand, asking
-from hil.cli.terminal import console
-from hil.cli.terminal_asker import TerminalAsker
+from hil.cli.options import VIEW, open_hand
+from hil.dialogue.case_session import CaseHand, CaseHelper, CaseSession
+from hil.dialogue.page_asker import PageAsker, SeenHand, asking
+from hil.dialogue.printing import echo
+from hil.dialogue.terminal import console
+from hil.dialogue.terminal_asker import TerminalAsker
+from hil.emulated.emulated_case import EmulatedCaseHand, emulated_hand
+from hil.emulated.standing_hand import StandingHand
 from hil.targets.hand_spec import PHYSICAL, HandSpec
 from hil.targets.hands_file import fields_of
 from hil.targets.opening import serial_number
-from hil.targets.standing_hand import StandingHand
+from hil.targets.target import Target
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case
+
+
+@dataclass(frozen=True)
+class HandOnPort:
+    """Hand on a port."""
+
+    spec: HandSpec
+    clock: Clock = field(default_factory=WallClock)
+    helper: CaseHelper | None = None
+
+    def open(self, *, may_be_silent: bool = False) -> AbstractContextManager[Target]:
+        """Open the hand."""
+        return open_hand(self.spec, may_be_silent=may_be_silent)
 
 
 @click.command()

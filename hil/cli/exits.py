@@ -21,7 +21,7 @@ from click.core import ParameterSource
 from aero.exit_code import STOPPING, Exit
 from aero.printable import printable
 from hil.cli.missing import is_ours, other_package
-from hil.cli.output import echo, survive_closed_streams
+from hil.dialogue.printing import echo, survive_closed_streams
 from hil.recordings.errors import (
     FULL_DISK,
     CannotBeMeasuredError,

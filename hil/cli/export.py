@@ -8,8 +8,8 @@ import click
 from aero.exit_code import Exit
 from aero.whole_file import write_whole
 from hil.cli.exits import Ended, judging, usage_errors
-from hil.cli.output import echo
 from hil.cli.run_files import RUN, judgeable, recordings_in
+from hil.dialogue.printing import echo
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.output import json_text, prepared_file
 from hil.report.openhtf import openhtf_record

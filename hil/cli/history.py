@@ -13,8 +13,8 @@ from aero.exit_code import Exit
 from aero.printable import printable
 from aero.whole_file import write_whole
 from hil.cli.exits import Ended, usage_errors
-from hil.cli.output import echo
-from hil.cli.terminal import console as new_console
+from hil.dialogue.printing import echo
+from hil.dialogue.terminal import console as new_console
 from hil.history.drift import FIRST, Track, drifts_of, tracks_of
 from hil.history.runs import names_in, of_hand, runs_in
 from hil.history.timeline import render_history

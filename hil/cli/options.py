@@ -18,7 +18,7 @@ from aero.exit_code import Exit
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.side import Side
 from hil.cli.exits import Ended, usage_errors
-from hil.cli.output import echo
+from hil.dialogue.printing import echo
 from hil.recordings.output import prepared_file
 from hil.targets.hand_spec import HandSpec
 

@@ -17,7 +17,7 @@ from aero.firmware import FIRMWARE
 from aero.protocol import FRAME_SIZE, Opcode, parse_reply, unsigned_values
 from hil.cli.exits import usage_errors
 from hil.cli.options import RECORDING, TARGET, open_hand
-from hil.cli.output import echo
+from hil.dialogue.printing import echo
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.output import prepared_file
 from hil.recordings.provenance import source_commit, versions

@@ -12,9 +12,9 @@ from aero.whole_file import write_whole
 from hil.cli.doctor import examine
 from hil.cli.exits import Ended, judging, usage_errors
 from hil.cli.options import RECORDING
-from hil.cli.output import echo
 from hil.cli.run_files import JUDGED_NAMES, RUN, files_of, judgeable
-from hil.cli.terminal import console as new_console
+from hil.dialogue.printing import echo
+from hil.dialogue.terminal import console as new_console
 from hil.recordings.output import prepared_file
 from hil.recordings.recording import Recording
 from hil.report.beside_run import beside_text

@@ -17,13 +17,13 @@ from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import furthest_codes
 from aero.protocol import MAX_CODE
-from hil.cli.before_moving import before_moving
 from hil.cli.exits import usage_errors
 from hil.cli.options import LONGEST_S, SECONDS, VIEW, Finite, open_hand, target
-from hil.cli.output import echo
-from hil.cli.terminal import ProgressBar
-from hil.cli.terminal import console as new_console
-from hil.cli.viewing import telling, viewing
+from hil.dialogue.before_moving import before_moving
+from hil.dialogue.printing import echo
+from hil.dialogue.terminal import ProgressBar
+from hil.dialogue.terminal import console as new_console
+from hil.dialogue.viewing import telling, viewing
 from hil.recordings.output import prepared_file
 from hil.recordings.policy_run import PolicyRun, record_policy
 from hil.recordings.recorder import Progress, Recorder

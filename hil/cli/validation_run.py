@@ -12,20 +12,20 @@ from aero.exit_code import Exit
 from aero.safety import SafetyStopError
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.shared.experiment import Experiment
-from hil.cli.before_moving import motion, readings
 from hil.cli.exits import Ended, ending, usage_errors
 from hil.cli.options import open_hand
-from hil.cli.output import echo
-from hil.cli.page_asker import PageAsker, asking
-from hil.cli.terminal import ProgressBar
-from hil.cli.terminal import console as new_console
-from hil.cli.terminal_asker import TerminalAsker
-from hil.cli.viewing import telling
-from hil.faults import FaultNeverFiredError, parse_fault
+from hil.dialogue.asker import Choice, Option
+from hil.dialogue.before_moving import motion, readings
+from hil.dialogue.page_asker import PageAsker, asking
+from hil.dialogue.printing import echo
+from hil.dialogue.terminal import ProgressBar
+from hil.dialogue.terminal import console as new_console
+from hil.dialogue.terminal_asker import TerminalAsker
+from hil.dialogue.viewing import telling
+from hil.emulated.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.output import claimed, emptied, prepared_folder, run_folder
 from hil.report.results import write_figures, write_results
 from hil.report.text import result_line, run_text
-from hil.targets.asker import Choice, Option
 from hil.targets.hand_spec import HandSpec
 from hil.targets.target import Onlooker
 from hil.verdict.baseline import load

@@ -8,7 +8,7 @@ import click
 from hil.checks import EXPERIMENTS
 from hil.cli.exits import judging, usage_errors
 from hil.cli.options import RECORDING
-from hil.cli.output import echo
+from hil.dialogue.printing import echo
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Header
 from hil.targets.hand_spec import hand_words

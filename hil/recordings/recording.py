@@ -67,7 +67,7 @@ class Header:
     serial_number: str = ""
     """Serial number of the hand's USB port; empty if unknown."""
     faults: str = ""
-    """Faults of an emulated hand as `hil.faults.parse_fault` reads them, separated by blanks."""
+    """Faults of an emulated hand as `hil.emulated.faults.parse_fault` reads them, separated by blanks."""
 
     def number(self, parameter: str) -> float:
         """Return a numeric parameter of the experiment.

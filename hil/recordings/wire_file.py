@@ -16,7 +16,7 @@ from aero.clock import Clock
 from aero.driver import CURRENT_A_PER_UNIT
 from aero.protocol import FILLER, FRAME_SIZE, Opcode, parse_reply, signed_values, unsigned_values
 from aero.side import Side
-from hil.faults.link_faults import Direction
+from hil.emulated.faults.link_faults import Direction
 from hil.recordings.errors import CannotBeWrittenError, writing
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import origin

@@ -13,7 +13,7 @@ from hil.targets.hands_file import EMULATED_TARGETS, fields_of
 
 if TYPE_CHECKING:
     from aero.safety import Thresholds
-    from hil.faults.fault import Injection
+    from hil.emulated.faults.fault import Injection
     from model.scene import Cube
     from model.units.conditions import Conditions
 
@@ -91,8 +91,8 @@ class HandSpec:
 
     def _check_faults(self) -> None:
         # Imported here, because help texts need no faults and should load fast.
-        from hil.faults.host import refuse_at_a_port  # noqa: PLC0415
-        from hil.faults.schedule import Schedule  # noqa: PLC0415
+        from hil.emulated.faults.host import refuse_at_a_port  # noqa: PLC0415
+        from hil.emulated.faults.schedule import Schedule  # noqa: PLC0415
 
         Schedule(self.faults, self.seed)
         if not self.in_software:

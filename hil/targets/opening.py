@@ -17,13 +17,13 @@ from aero.hand import Hand
 from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 from aero.transport import Transport
-from hil.faults.bench import HandBench
-from hil.faults.schedule import Schedule
-from hil.faults.workbench import Workbench
+from hil.emulated.emulated_hand import build_emulated, host_link, with_initial_conditions
+from hil.emulated.faults.bench import HandBench
+from hil.emulated.faults.schedule import Schedule
+from hil.emulated.faults.workbench import Workbench
+from hil.emulated.pty_process import serve_in_child
 from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
-from hil.targets.emulated_hand import build_emulated, host_link, with_initial_conditions
 from hil.targets.hand_spec import HOMINGS, PHYSICAL, HandSpec
-from hil.targets.pty_process import serve_in_child
 from hil.targets.target import GroundTruth, NoHandError, Target
 from hil.targets.wire_log import WireLog
 from model.units import Unit

@@ -17,11 +17,11 @@ from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
 from aero.side import Side
 from firmware_emulator.hand import EmulatedHand
-from hil.faults.bench import HandBench
-from hil.faults.catalogue import parse_fault
-from hil.faults.fault import Injection
-from hil.faults.workbench import Workbench
-from hil.targets.asker import Choice
+from hil.dialogue.asker import Choice
+from hil.emulated.faults.bench import HandBench
+from hil.emulated.faults.catalogue import parse_fault
+from hil.emulated.faults.fault import Injection
+from hil.emulated.faults.workbench import Workbench
 from hil.targets.delays import DelayLog
 from hil.targets.hand_spec import hand_words
 from hil.targets.wire_log import WireLog
@@ -173,7 +173,7 @@ class Target:
             self.act(f"clear {asked}")
 
     def act(self, words: str) -> str:
-        """Perform an act of `hil.faults.acts.ACTS`, as in `target.act("exchange_servos ring pinky")`.
+        """Perform an act of `hil.emulated.faults.acts.ACTS`, as in `target.act("exchange_servos ring pinky")`.
 
         Returns a sentence about the act.
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from aero.clock import Clock
 from aero.transport import Transport
-from hil.faults.link_faults import Direction
+from hil.emulated.faults.link_faults import Direction
 
 _LOG = logging.getLogger(__name__)
 STORED_RECORDS = 500_000

@@ -40,7 +40,7 @@ class HandOfCase:
     """Unit of an emulated hand."""
     seed: int = 0
     faults: str = ""
-    """Faults of an emulated hand in the format of `hil.faults.parse_fault`, separated by blanks."""
+    """Faults of an emulated hand in the format of `hil.emulated.faults.parse_fault`, separated by blanks."""
 
     @classmethod
     def of(cls, header: Header) -> Self:

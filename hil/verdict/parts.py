@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from aero.channels import Channel
 from hil.checks.shared.subjects import subject_words
-from hil.faults.fault import Part
+from hil.emulated.faults.fault import Part
 
 __all__ = ["Part", "Suspect", "listed", "place"]
 

@@ -7,7 +7,7 @@ from functools import partial
 import viser
 
 from aero.side import Side
-from hil.targets.asker import READ_S
+from hil.dialogue.asker import READ_S
 from hil.view import panel
 from hil.view.entered_lines import add_prompt
 from hil.view.frame import ANSWER, STOP, Asked, CaseMessage, CaseStands, Moving, Told

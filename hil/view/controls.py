@@ -11,8 +11,8 @@ import viser
 
 from aero.channels import Channel
 from aero.floats import Floats
-from hil.faults import CATALOGUE
-from hil.faults.fault import STEPS, FaultLayer
+from hil.emulated.faults import CATALOGUE
+from hil.emulated.faults.fault import STEPS, FaultLayer
 from hil.view import panel
 from hil.view.entered_lines import add_prompt
 

@@ -9,8 +9,8 @@ from jinja2 import Environment, PackageLoader
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.side import Side
-from hil.faults.catalogue import severities
-from hil.faults.fault import Fault
+from hil.emulated.faults.catalogue import severities
+from hil.emulated.faults.fault import Fault
 from hil.view.frame import CaseStands, Heading, Moving, Note, Verdicts, ViewFrame
 from hil.view.scene import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
 from model.appearance import PULLEY_RGBA

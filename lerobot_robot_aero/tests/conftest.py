@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import hil
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.recordings.recorder import Recorder
 from lerobot_robot_aero import AeroHandRobot, AeroHandRobotConfig, aero_hand_robot
 

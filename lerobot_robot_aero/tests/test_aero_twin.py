@@ -15,10 +15,10 @@ import hil
 from aero import ActuationMap, AeroHand, WallClock
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import Opcode
+from hil.emulated.pty_process import serve_in_child
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.recorder import Recorder
 from hil.targets.hand_spec import HandSpec
-from hil.targets.pty_process import serve_in_child
 from lerobot_robot_aero import AeroTwin, AeroTwinConfig, aero_twin
 
 CODEC = ActuationMap.for_firmware(DEFAULT_FIRMWARE)

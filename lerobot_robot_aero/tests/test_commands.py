@@ -15,8 +15,8 @@ from page_commands import OPENED, PAGE, PATIENCE_S, begun, done, wait_for
 from aero import AeroHand, WallClock
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
+from hil.emulated.pty_process import serve_in_child
 from hil.targets.hand_spec import HandSpec
-from hil.targets.pty_process import serve_in_child
 
 pytestmark = pytest.mark.slow
 

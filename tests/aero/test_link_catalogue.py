@@ -13,9 +13,9 @@ import pytest
 
 from aero import AeroHand
 from aero.errors import AeroError
-from hil.faults import CATALOGUE, Schedule, parse_fault
-from hil.faults.fault import FaultLayer
-from hil.faults.link_faults import LinkFaults
+from hil.emulated.faults import CATALOGUE, Schedule, parse_fault
+from hil.emulated.faults.fault import FaultLayer
+from hil.emulated.faults.link_faults import LinkFaults
 
 EXCHANGES = int(os.environ.get("LINK_EXCHANGES", "300"))
 LONGEST_S = 2.5

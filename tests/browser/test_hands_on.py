@@ -9,8 +9,8 @@ import pytest
 from playwright.sync_api import expect
 
 from aero import AeroHand, Channel
-from hil.faults.acts import ACTS
-from hil.targets.hands_on import COMMAND
+from hil.emulated.faults.acts import ACTS
+from hil.emulated.hands_on import COMMAND
 
 WIDTHS = (1280, 400)
 

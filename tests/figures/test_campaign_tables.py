@@ -3,7 +3,7 @@
 from figures import campaign
 from outcomes import outcome
 
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from train.campaign.trial import Trial
 
 

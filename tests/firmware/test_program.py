@@ -13,9 +13,9 @@ from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.native import program as native_program
 from firmware_emulator.native.build import FirmwareBuildError, build
 from firmware_emulator.native.program import FirmwareProgramError
+from hil.emulated.pty_process import serve_in_child
 from hil.targets.hand_spec import HandSpec
 from hil.targets.opening import open_target
-from hil.targets.pty_process import serve_in_child
 from tests.firmware.conftest import SKETCH
 
 

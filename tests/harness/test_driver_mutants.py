@@ -3,7 +3,7 @@
 import pytest
 from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP
 
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.targets.opening import open_target
 from hil.verdict.findings import failed
 from hil.verdict.parts import Part, Suspect

@@ -120,7 +120,7 @@ def test_a_firmware_version_is_a_row_for_the_driver_and_one_for_the_emulator(cop
     program = (
         "from hil import open_target\n"
         "from hil.cli.options import FIRMWARE\n"
-        "from hil.faults import CATALOGUE\n"
+        "from hil.emulated.faults import CATALOGUE\n"
         "from hil.targets.boot_text import identify\n"
         "from hil.verdict.validation import validate\n"
         "with open_target(firmware='9.9', homed=True) as target: done = validate(target, ['presence', 'audit'])\n"
@@ -131,16 +131,16 @@ def test_a_firmware_version_is_a_row_for_the_driver_and_one_for_the_emulator(cop
 
 
 def test_a_fault_is_added_in_the_file_of_faults_like_it(copy):
-    path = copy / "hil" / "faults" / "servo.py"
+    path = copy / "hil" / "emulated" / "faults" / "servo.py"
     edit(
         path,
         "FAULTS = (\n",
         'FAULTS = (\n    Fault("servo_warm", SERVO, Part.SERVO, "warm", _hot, ALL, Severity("°C", (40, 45, 50))),\n',
     )
-    assert touched(copy) == {Path("hil/faults/servo.py")}
+    assert touched(copy) == {Path("hil/emulated/faults/servo.py")}
     program = (
         "from hil import open_target\n"
-        "from hil.faults import parse_fault\n"
+        "from hil.emulated.faults import parse_fault\n"
         "with open_target(faults=[parse_fault('servo_warm:ring=50')]) as target:\n"
         "    target.clock.sleep_until(target.clock.now() + 1.0)\n"
         "    print(target.hand.read_temperatures()[2] > 45)\n"

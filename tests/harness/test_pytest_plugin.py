@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from hil.emulated.pty_process import serve_in_child
 from hil.targets.hand_spec import HandSpec
-from hil.targets.pty_process import serve_in_child
 
 pytest_plugins = ["pytester"]
 ROOT = Path(__file__).parents[2]

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from pages import environment
 
+from hil.emulated.pty_process import serve_in_child
 from hil.targets.hand_spec import HandSpec
-from hil.targets.pty_process import serve_in_child
 
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))

@@ -15,7 +15,7 @@ from promised_program import PromisedProgram
 
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
-from hil.faults import CATALOGUE
+from hil.emulated.faults import CATALOGUE
 
 PROGRAMS = int(os.environ.get("PROMISE_PROGRAMS", "50"))
 SEED = int(os.environ.get("PROMISE_SEED", "0"))

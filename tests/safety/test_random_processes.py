@@ -19,8 +19,8 @@ import pytest
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from firmware_emulator.links.pty import PtyServer
-from hil.faults import Schedule
-from hil.faults.faulty_hand import build_faulty
+from hil.emulated.faults import Schedule
+from hil.emulated.faults.faulty_hand import build_faulty
 from model.units import load_unit
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs signals and pseudo-terminals")]

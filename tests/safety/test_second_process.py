@@ -14,7 +14,7 @@ from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from aero.safety.__main__ import HOMES_S, LONGEST_S, KnownPort, open_what_was_left
 from aero.safety.opening import open_and_relax
-from hil.targets.emulated_hand import build_emulated
+from hil.emulated.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from model.units import load_unit
 

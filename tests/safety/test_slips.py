@@ -17,7 +17,7 @@ from aero import Channel
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
 from hil import open_target
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 
 UNITS = int(os.environ.get("SLIP_UNITS", "1"))
 """Plausible ones, firmware 0.2.0."""

@@ -8,7 +8,7 @@ import numpy as np
 from aero.protocol import MAX_CODE
 from firmware_emulator.links.in_process import InProcessLink
 from hil import GroundTruth
-from hil.targets.emulated_hand import build_emulated
+from hil.emulated.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from hil.targets.opening import Opening, in_process
 from model.units import load_unit

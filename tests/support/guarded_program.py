@@ -22,10 +22,10 @@ from aero.safety import SafetyStopError, Thresholds, unwinding
 from aero.safety.__main__ import open_what_was_left
 from aero.safety.opening import SWITCH_OFF
 from aero.safety.stop import Phase
-from hil.faults import Schedule, parse_fault
-from hil.faults.fault import FaultLayer
-from hil.faults.faulty_hand import build_faulty
-from hil.faults.link_faults import LinkFaults
+from hil.emulated.faults import Schedule, parse_fault
+from hil.emulated.faults.fault import FaultLayer
+from hil.emulated.faults.faulty_hand import build_faulty
+from hil.emulated.faults.link_faults import LinkFaults
 from hil.targets.opening import guard
 from model.units.plausible import unit_named
 

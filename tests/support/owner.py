@@ -15,14 +15,14 @@ from time import process_time
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from aero.side import Side
-from hil.cli.case_session import CaseSession
-from hil.cli.emulated_case import EmulatedCaseHand
-from hil.faults.fault import FaultLayer, Injection, Part
-from hil.faults.winding import NEIGHBOUR
+from hil.dialogue.asker import Choice
+from hil.dialogue.case_session import CaseSession
+from hil.emulated.emulated_case import EmulatedCaseHand
+from hil.emulated.faults.fault import FaultLayer, Injection, Part
+from hil.emulated.faults.winding import NEIGHBOUR
+from hil.emulated.standing_hand import StandingHand
 from hil.report.results import write_results
-from hil.targets.asker import Choice
 from hil.targets.hand_spec import HandSpec
-from hil.targets.standing_hand import StandingHand
 from hil.targets.target import NoHandError
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import CASE, read_case

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from hil.checks import ALIKE, Measured
-from hil.faults import CATALOGUE, Injection, parse_fault
+from hil.emulated.faults import CATALOGUE, Injection, parse_fault
 from hil.verdict.judge import Judge
 from hil.verdict.limits import Key, excesses, load_limits, within_limits
 from hil.verdict.run_end import FINISHED

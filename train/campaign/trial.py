@@ -13,8 +13,8 @@ from aero.firmware import DEFAULT_FIRMWARE
 from aero.safety import SafetyStopError
 from aero.side import Side
 from hil.checks import DEFAULT
-from hil.faults import FaultNeverFiredError, parse_fault
-from hil.faults.board import RUNS
+from hil.emulated.faults import FaultNeverFiredError, parse_fault
+from hil.emulated.faults.board import RUNS
 from hil.recordings.provenance import source_commit
 from hil.targets.opening import open_target
 from hil.verdict.findings import failed
@@ -40,7 +40,7 @@ class Trial:
     guarded: bool = False
     """Whether the driver guards the hand, as for physical hands; a guarded hand is weaker at its stops."""
     faults: tuple[str, ...] = ()
-    """Fault texts in the format of `hil.faults`; empty for a healthy hand."""
+    """Fault texts in the format of `hil.emulated.faults`; empty for a healthy hand."""
     experiments: tuple[str, ...] = DEFAULT
     conditions: tuple[str, ...] = ()
     """Kinds of (healthy) initial conditions, drawn from `seed`."""

@@ -17,8 +17,8 @@ from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
 from hil.cli.options import NewFolder
-from hil.cli.terminal import ProgressBar, print_columns
-from hil.cli.terminal import console as new_console
+from hil.dialogue.terminal import ProgressBar, print_columns
+from hil.dialogue.terminal import console as new_console
 from hil.recordings.output import prepared_file, prepared_folder
 from hil.report.matplotlib_svg import STYLE, svg_of
 from model.units.plausible import unit_named

@@ -18,9 +18,9 @@ from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.cli.exits import usage_errors
 from hil.cli.options import SEED
-from hil.cli.terminal import ProgressBar
-from hil.cli.terminal import console as new_console
-from hil.faults import CATALOGUE, Schedule, parse_fault
+from hil.dialogue.terminal import ProgressBar
+from hil.dialogue.terminal import console as new_console
+from hil.emulated.faults import CATALOGUE, Schedule, parse_fault
 from hil.recordings.output import prepared_folder, run_folder
 from hil.recordings.provenance import source_commit
 from model.units.conditions import CONDITIONS

@@ -8,7 +8,7 @@ from aero.policy.file import save
 from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
 from hil.cli.exits import usage_errors
-from hil.cli.output import echo
+from hil.dialogue.printing import echo
 from hil.recordings.output import prepared_file
 from train.convert import convert
 

@@ -18,8 +18,8 @@ from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
 from hil.cli.options import SECONDS, SEED, Finite, NewFolder
-from hil.cli.terminal import ProgressBar, print_columns
-from hil.cli.terminal import console as new_console
+from hil.dialogue.terminal import ProgressBar, print_columns
+from hil.dialogue.terminal import console as new_console
 from hil.recordings.output import json_text, prepared_folder
 from model.scene import CUBE, Cube
 from train.evaluation.cube_trial import CubeTrial

@@ -5,12 +5,12 @@ from pathlib import Path
 import click
 
 from aero.channels import Channel
-from hil.cli.before_moving import before_moving, readings
 from hil.cli.exits import usage_errors
 from hil.cli.options import Finite, open_hand, target
-from hil.cli.output import echo
-from hil.cli.terminal import ProgressBar
-from hil.cli.terminal import console as new_console
+from hil.dialogue.before_moving import before_moving, readings
+from hil.dialogue.printing import echo
+from hil.dialogue.terminal import ProgressBar
+from hil.dialogue.terminal import console as new_console
 from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
 from hil.targets.hand_spec import HandSpec

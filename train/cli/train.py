@@ -11,7 +11,7 @@ from aero.exit_code import Exit
 from aero.regular_file import open_regular
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import SEED, Finite, NewFolder
-from hil.cli.terminal import console as new_console
+from hil.dialogue.terminal import console as new_console
 from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import source_commit, versions
 from train.recipe import RECIPES, on_gpu, on_routed_hands

@@ -16,7 +16,7 @@ from aero.protocol import MAX_CODE, make_positions
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO, HandSide
 from firmware_emulator.kernel import on_grid
-from hil.targets.emulated_hand import build_emulated
+from hil.emulated.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from model.units import Unit
 from train.identification.trace import Trace, closing_current_sign

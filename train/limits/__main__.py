@@ -9,7 +9,7 @@ import tomli_w
 from aero.whole_file import write_whole
 from hil.checks import BOUNDS
 from hil.cli.exits import run_module, usage_errors
-from hil.cli.terminal import console as new_console
+from hil.dialogue.terminal import console as new_console
 from hil.recordings.output import prepared_folder
 from hil.verdict.limits import limits_text
 from train.campaign.store import opened

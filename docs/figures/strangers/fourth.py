@@ -12,15 +12,15 @@ from figures.strangers.first import Contact, added, both, finger_joints, in_regi
 from firmware_emulator.firmware.frames import FRAME, Opcode
 from firmware_emulator.servo.memory import encode_signed
 from firmware_emulator.servo.models import REGISTERS
-from hil.faults.assembly import Active
-from hil.faults.bus import SpoiledAnswers
-from hil.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
-from hil.faults.link import LinkFault
-from hil.faults.link_faults import LinkEffect
-from hil.faults.mechanics import JOINTS
-from hil.faults.motor import UNPOWERED, Motor, on_shaft
-from hil.faults.servo import servo_of
-from hil.faults.shaft_fault import ShaftFault
+from hil.emulated.faults.assembly import Active
+from hil.emulated.faults.bus import SpoiledAnswers
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
+from hil.emulated.faults.link import LinkFault
+from hil.emulated.faults.link_faults import LinkEffect
+from hil.emulated.faults.mechanics import JOINTS
+from hil.emulated.faults.motor import UNPOWERED, Motor, on_shaft
+from hil.emulated.faults.servo import servo_of
+from hil.emulated.faults.shaft_fault import ShaftFault
 from model.geometry.winding import SPOOL_RADIUS
 
 CABLE, JOINT, GEAR, BOARD = FaultLayer.CABLE, FaultLayer.JOINT, FaultLayer.GEAR, FaultLayer.BOARD

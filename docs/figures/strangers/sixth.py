@@ -14,13 +14,13 @@ from figures.strangers.first import watching
 from figures.strangers.fourth import told
 from firmware_emulator.firmware.frames import FRAME, FRAME_SIZE, Opcode
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
-from hil.faults.assembly import Active
-from hil.faults.encoder import Encoder
-from hil.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
-from hil.faults.link_faults import LinkEffect
-from hil.faults.mechanics import JOINTS, another_unit, with_values
-from hil.faults.motor import UNPOWERED, Motor, on_shaft
-from hil.faults.servo import servo_of
+from hil.emulated.faults.assembly import Active
+from hil.emulated.faults.encoder import Encoder
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
+from hil.emulated.faults.link_faults import LinkEffect
+from hil.emulated.faults.mechanics import JOINTS, another_unit, with_values
+from hil.emulated.faults.motor import UNPOWERED, Motor, on_shaft
+from hil.emulated.faults.servo import servo_of
 from model.geometry.winding import SPOOL_RADIUS
 from model.softness import constraint
 

@@ -12,15 +12,15 @@ from aero.channels import CABLES, FINGERS, WIRE_ORDER, Channel, Joint
 from figures.strangers.first import added, both, in_registers, on_frames, other_profile, scaled, unit, watching
 from firmware_emulator.firmware.frames import FRAME, Opcode
 from firmware_emulator.servo.models import REGISTERS
-from hil.faults.assembly import Active
-from hil.faults.bus import SpoiledAnswers
-from hil.faults.encoder import Encoder
-from hil.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
-from hil.faults.link import LinkFault
-from hil.faults.link_faults import LinkEffect
-from hil.faults.mechanics import JOINTS, with_values
-from hil.faults.motor import on_shaft
-from hil.faults.servo import COOL_C, servo_of
+from hil.emulated.faults.assembly import Active
+from hil.emulated.faults.bus import SpoiledAnswers
+from hil.emulated.faults.encoder import Encoder
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
+from hil.emulated.faults.link import LinkFault
+from hil.emulated.faults.link_faults import LinkEffect
+from hil.emulated.faults.mechanics import JOINTS, with_values
+from hil.emulated.faults.motor import on_shaft
+from hil.emulated.faults.servo import COOL_C, servo_of
 
 CABLE, JOINT, GEAR, BOARD = FaultLayer.CABLE, FaultLayer.JOINT, FaultLayer.GEAR, FaultLayer.BOARD
 ENCODER, SUPPLY, BUS, SERVO = FaultLayer.ENCODER, FaultLayer.SUPPLY, FaultLayer.BUS, FaultLayer.SERVO

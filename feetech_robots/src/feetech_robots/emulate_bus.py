@@ -12,7 +12,7 @@ from feetech_robots.bus_pty import BusServer
 from feetech_robots.robot_bus import RobotBus, obey
 from hil.cli.exits import usage_errors
 from hil.cli.options import SEED
-from hil.cli.output import echo as print_line
+from hil.dialogue.printing import echo as print_line
 
 
 @click.command()

@@ -18,7 +18,7 @@ from feetech_robots.survey import BAUD_RATES, Surveyed, find, survey
 from hil.cli.doctor import exit_code, show
 from hil.cli.doctor.finding import Examined, Subject, Verdict, worst
 from hil.cli.exits import Ended
-from hil.cli.output import echo
+from hil.dialogue.printing import echo
 
 FORMAT = 1
 """Format version of the `--json` output; changes with any name in the output."""

@@ -9,10 +9,10 @@ from collections.abc import Callable
 
 from aero.channels import FINGERS, Channel
 from hil.checks.shared.experiment import OPENED, Measured, Sampler, one_closed
+from hil.dialogue.asker import Choice, Option
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
-from hil.targets.asker import Choice, Option
 from hil.targets.target import LookEndedError, MissingCapabilityError, Onlooker, Target
 
 YES, NO, AGAIN, NONE = "yes", "no", "again", "none"

@@ -14,7 +14,7 @@ from hil.cli.doctor.finding import Examined, Subject, Verdict, worst
 from hil.cli.doctor.machine import check_drawing, check_installation, check_jitter, lateness_s
 from hil.cli.doctor.ports import examine_port
 from hil.cli.exits import usage_errors
-from hil.cli.output import echo
+from hil.dialogue.printing import echo
 from hil.targets.hands_file import FILE, add_hand, fields_of, refuse_taken
 
 

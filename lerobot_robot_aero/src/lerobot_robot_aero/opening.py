@@ -4,8 +4,8 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from hil.faults import parse_fault
-from hil.faults.schedule import FaultNeverFiredError
+from hil.emulated.faults import parse_fault
+from hil.emulated.faults.schedule import FaultNeverFiredError
 from hil.targets.hand_spec import HandSpec
 from hil.targets.opening import open_target
 from hil.targets.target import Target

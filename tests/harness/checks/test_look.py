@@ -10,7 +10,7 @@ from person import Person
 from aero.channels import Channel
 from hil.checks.look.check import which_moved
 from hil.cli import main
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.recordings.mcap_file import read_recording
 from hil.targets.opening import open_target
 from hil.targets.target import GroundTruth, Onlooker

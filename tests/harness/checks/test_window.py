@@ -12,7 +12,7 @@ from hil import open_target
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import record
 from hil.checks.window.check import taken_up
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate
 

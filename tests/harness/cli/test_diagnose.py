@@ -9,9 +9,9 @@ from click.testing import CliRunner
 from aero.channels import Channel
 from aero.exit_code import Exit
 from hil import open_target
-from hil.cli import case_session, main
-from hil.cli.case_session import CaseSession
-from hil.faults import parse_fault
+from hil.cli import diagnose, main
+from hil.dialogue.case_session import CaseSession
+from hil.emulated.faults import parse_fault
 from hil.recordings.errors import NotOneHandError, UnusableFileError
 from hil.report.results import write_results
 from hil.verdict import validation
@@ -62,7 +62,7 @@ def emulated(_hand, **_fields):
 
 
 def test_where_a_person_sees_nothing_the_experiments_are_run(folder, monkeypatch):
-    monkeypatch.setattr(case_session, "open_hand", emulated)
+    monkeypatch.setattr(diagnose, "open_hand", emulated)
     ended = diagnosed(folder, "y\ndone\n")
     assert ended.exit_code == Exit.WITHIN_LIMITS
     assert "leave out of the hand what was taken away" in " ".join(ended.output.split())
@@ -84,7 +84,7 @@ def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):
     def interrupt(*_args):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(case_session, "open_hand", emulated)
+    monkeypatch.setattr(diagnose, "open_hand", emulated)
     monkeypatch.setattr(validation, "_run", interrupt)
     ended = diagnosed(folder, "n\ndone\n")
     assert ended.output.count("next step") == 1

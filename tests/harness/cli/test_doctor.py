@@ -27,8 +27,8 @@ from hil.cli.doctor.ports import (
     holders,
 )
 from hil.cli.exits import ending
+from hil.emulated.pty_process import serve_in_child
 from hil.targets.hand_spec import HandSpec
-from hil.targets.pty_process import serve_in_child
 
 HOMED = tuple(span // 3 * 65535 // span for span in SPANS.tolist())
 RESTARTED = (*HOMED[:4], 400 * 65535 // 1025, 500 * 65535 // 1296, HOMED[6])

@@ -17,7 +17,7 @@ from aero.safety import LinkLostError, SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.cli import report, validation_run
 from hil.cli.exits import Ended
-from hil.faults import FaultNeverFiredError
+from hil.emulated.faults import FaultNeverFiredError
 from hil.recordings.errors import CannotBeWrittenError
 from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd, aborted, ended_at_closing

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from aero.printable import printable
 from hil.cli import main
-from hil.cli.terminal import console
+from hil.dialogue.terminal import console
 from hil.recordings.mcap_file import read_recording, write_recording
 
 BELL = "\x1b]0;owned"

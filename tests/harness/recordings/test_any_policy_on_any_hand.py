@@ -15,7 +15,7 @@ from aero.policy.shipped import find_policy, shipped_policies
 from aero.safety import SafetyStopError, Thresholds
 from firmware_emulator.firmware.profiles import PROFILES
 from hil import GroundTruth
-from hil.faults import FaultNeverFiredError, parse_fault
+from hil.emulated.faults import FaultNeverFiredError, parse_fault
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder
 from hil.targets.opening import open_target

@@ -10,7 +10,7 @@ from aero.channels import Channel
 from aero.safety import SafetyReason, SafetyStopError
 from aero.safety.stop import Violation
 from hil import open_target
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recorder import Recorder
 

@@ -16,7 +16,7 @@ from hil import open_target
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import record
 from hil.cli import main
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.recordings.mcap_file import read_recording, write_recording
 from model.drawn_parts import PosedHand
 from model.routed import build_routed

@@ -11,7 +11,7 @@ from hil import open_target
 from hil.checks import JUDGED
 from hil.checks.shared.experiment import reading
 from hil.cli import main
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.recordings.recording import Event
 from hil.report.openhtf import UNITS, openhtf_record
 from hil.report.results import write_results

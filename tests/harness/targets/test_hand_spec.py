@@ -12,9 +12,9 @@ from aero.firmware import FIRMWARE
 from aero.safety import Thresholds
 from hil import open_target
 from hil.cli.options import target
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
+from hil.emulated.served_hand import spec_of, spec_text
 from hil.targets.hand_spec import HandSpec
-from hil.targets.served_hand import spec_of, spec_text
 from model.scene import Cube
 from model.units.conditions import Conditions
 

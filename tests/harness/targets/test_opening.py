@@ -4,7 +4,7 @@ import pytest
 
 from aero import Channel
 from hil import GroundTruth, MissingCapabilityError, NoHandError, open_target
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from model.scene import CUBE
 
 

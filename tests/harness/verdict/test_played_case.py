@@ -4,7 +4,7 @@ import pytest
 from owner import is_right, play, sees
 
 from aero.channels import Channel
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.verdict.parts import Part, Suspect
 
 

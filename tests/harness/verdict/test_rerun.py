@@ -6,7 +6,7 @@ import pytest
 
 from aero.channels import Channel
 from aero.protocol import Opcode
-from hil.faults import CATALOGUE, FaultNeverFiredError, parse_fault
+from hil.emulated.faults import CATALOGUE, FaultNeverFiredError, parse_fault
 from hil.targets.opening import open_target
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.failures import Failures

@@ -9,7 +9,7 @@ from aero.channels import Channel
 from aero.protocol import Opcode
 from hil import GroundTruth, open_target
 from hil.checks import EXPERIMENTS
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.recordings.mcap_file import read_recording
 from hil.targets.delays import Loop
 from hil.verdict.findings import failed

@@ -10,7 +10,7 @@ from recorded import staircase_of
 from aero.channels import CABLES, Channel
 from hil import GroundTruth, open_target
 from hil.checks.staircase.check import Staircase
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.view.sources import WireSource, frames, source_of
 
 HALF_CLOSED = [0.6, 0.7, 0.8, 0.9, 0.5, 0.3, 0.6]

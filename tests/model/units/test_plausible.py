@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from aero import AeroHand
 from aero.channels import CABLES, FINGERS, Channel, Joint
 from firmware_emulator.links.in_process import InProcessLink
-from hil.targets.emulated_hand import build_emulated
+from hil.emulated.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from model.units import load_unit
 from model.units.plausible import (

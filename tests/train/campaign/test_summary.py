@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 from outcomes import outcome
 
-from hil.faults import parse_fault
+from hil.emulated.faults import parse_fault
 from hil.verdict.limits import Limit
 from train.campaign.summary import Share, detections, false_alarms, flagged, render_campaign, right_part, told
 from train.campaign.trial import Trial, faulty_hands, healthy_hands

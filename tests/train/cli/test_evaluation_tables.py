@@ -11,7 +11,7 @@ from rich.console import Console
 
 from aero.policy.file import save
 from hil.cli import main
-from hil.cli.terminal import print_columns
+from hil.dialogue.terminal import print_columns
 from train.cli.evaluate import FIGURES, print_figures
 from train.cli.score_tables import score_tables
 from train.identification.replay_score import Errors, ReplayScore

@@ -10,7 +10,7 @@ from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
 from firmware_emulator.hand import EmulatedHand
-from hil.targets import emulated_hand
+from hil.emulated import emulated_hand
 from hil.targets.hand_spec import HandSpec
 from model.cube_plant import CubePlant, CubeWatch
 from model.scene import CUBE

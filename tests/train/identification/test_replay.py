@@ -12,8 +12,8 @@ from aero.safety import SafetyStopError, Thresholds
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
 from firmware_emulator.links.in_process import InProcessLink
 from hil import GroundTruth
+from hil.emulated.emulated_hand import build_emulated
 from hil.recordings.recorder import Recorder
-from hil.targets.emulated_hand import build_emulated
 from hil.targets.hand_spec import HandSpec
 from hil.targets.opening import open_target
 from model.units import load_unit

@@ -1,0 +1,300 @@
+"""Interactive session of a case: ask, announce, rerun, store; on a terminal, on a page, and in tests."""
+
+import re
+import shlex
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+from aero.channels import Channel
+from aero.clock import Clock
+from aero.errors import AeroError
+from aero.firmware import LONGEST_BOOT_S
+from aero.safety import SafetyReason, SafetyStopError
+from aero.whole_file import write_whole
+from hil.dialogue.asker import (
+    YES_OR_NO,
+    Answer,
+    Asker,
+    CaseShown,
+    Choice,
+    FreeText,
+    Motion,
+    Option,
+    Question,
+    StepShown,
+)
+from hil.dialogue.before_moving import motion
+from hil.recordings.errors import UnusableFileError
+from hil.report.page import render_case
+from hil.report.results import write_results
+from hil.targets.hand_spec import HandSpec
+from hil.targets.target import NoHandError, Target
+from hil.verdict.case import DiagnosisCase, Proposal
+from hil.verdict.case_file import CASE, StoredCase, read_case, write_case
+from hil.verdict.case_words import conclusion, outcome_text, why
+from hil.verdict.diagnosis import NextStep
+from hil.verdict.judged_run import Validation
+from hil.verdict.rerun import Plan, rerun
+from hil.verdict.run_end import EndKind
+from hil.verdict.steps import StepOutcome
+
+GO_ON = "Continue the case of this run."
+NOTE = FreeText("Measured, read or seen (may stay empty):")
+FREED = "Was there anything to take away?"
+READY = "Ready: the step is done, and the hand has power."
+DONE = Option("done", StepOutcome.STAYS)
+NOT_DONE = Option("cannot be done", StepOutcome.SKIPPED, "s")
+OUTCOMES = (
+    Option("yes", StepOutcome.YES, "y"),
+    Option("no", StepOutcome.NO, "n"),
+    Option("not sure", StepOutcome.UNSURE, "u"),
+    NOT_DONE,
+)
+CONNECTED = "No hand answers. Are the supply and all plugs connected as before?"
+ALL_CONNECTED = (Option("all is connected", True, "a"), Option("something was off", False, "o"))
+REPEAT = "The run is inconclusive: a busy computer, hot servos, or a lost link. Ready to repeat it."
+REPEATED = Option("repeat", StepOutcome.STAYS)
+RUNS = 3
+"""Limit of runs after one step; a step without a conclusive run counts as not done."""
+COOLS_S = 300.0
+"""Time for servos to cool down after a stop for their temperature, s; an assumption, and a further stop waits again."""
+TRY_S = 1.0
+"""Period of connection attempts to a board that may be homing, s."""
+
+
+class CaseHelper(Protocol):
+    """Substitute for the user, to do the steps on an emulated hand."""
+
+    def do(self, proposal: Proposal) -> str:
+        """Do a step and return a description of the action."""
+
+    def see(self, proposal: Proposal) -> str:
+        """Look, measure or read as a step requires; return the observation."""
+
+
+class CaseHand(Protocol):
+    """Hand of a case, reopened after each step."""
+
+    @property
+    def spec(self) -> HandSpec:
+        """Specification of the hand."""
+
+    @property
+    def clock(self) -> Clock:
+        """Clock of the hand."""
+
+    @property
+    def helper(self) -> CaseHelper | None:
+        """Helper that can do steps on request, or None."""
+
+    def open(self, *, may_be_silent: bool = False) -> AbstractContextManager[Target]:
+        """Open the hand.
+
+        Raises:
+            NoHandError: nothing answers, and the hand may not be silent.
+        """
+
+
+class CaseSession:
+    """Case together with its hand and its user."""
+
+    def __init__(self, stored: StoredCase, folder: Path, hand: CaseHand, asker: Asker) -> None:
+        """Resume a case.
+
+        Args:
+            stored: content of the case file.
+            folder: folder of the case.
+            hand: hand of the case, reopened after each step.
+            asker: dialogue with the user.
+        """
+        self.stored, self._folder, self._hand, self._asker = stored, folder, hand, asker
+        self._seen_for: Proposal | None = None
+
+    @property
+    def case(self) -> DiagnosisCase:
+        """Case after all completed steps."""
+        return self.stored.case
+
+    def go_through(self) -> None:
+        """Do step after step until the case is closed.
+
+        Raises:
+            KeyboardInterrupt: the person stops; every answer until then is stored.
+            NoHandError: no hand answers in the time that a board may home.
+        """
+        self._store(self.stored)
+        while (proposal := self.case.next_step) is not None:
+            self._asker.show(self._shown(proposal))
+            outcome, note = self._taken(proposal, self._folder / f"step-{len(self.case.done) + 1}")
+            self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
+        said = conclusion(self.case)
+        if not self._hand.spec.in_software:
+            said += f" Then validate again: {self._again}"
+        self._asker.show(CaseShown(self._done, conclusion=said))
+
+    @property
+    def _again(self) -> str:
+        """Shell command that validates the hand once more, with placeholders for what was named wrongly."""
+        spec, wrong = self._hand.spec, not self.case.gone and any(mode.of_hand for mode in self.case.shown)
+        named = ["--firmware", "VERSION", "--hand", "SIDE"] if wrong else ["--firmware", spec.firmware]
+        side = ["--hand", spec.side] if spec.side == "left" and not wrong else []
+        return shlex.join(["aero-hil", "validate", "--hil", spec.target, *named, *side])
+
+    @property
+    def _done(self) -> tuple[str, ...]:
+        return tuple(map(outcome_text, self.case.done))
+
+    def _shown(self, proposal: Proposal) -> CaseShown:
+        touched = tuple(one for one in (proposal.at, proposal.beside) if one is not None)
+        step = proposal.step
+        return CaseShown(
+            self._done, StepShown(proposal.text, why(self.case, proposal), step.minutes, step.tool, touched)
+        )
+
+    def _store(self, stored: StoredCase) -> None:
+        if read_case(self._folder) != self.stored:
+            raise UnusableFileError(
+                f"{self._folder / CASE} was changed by another program meanwhile, and is left as it is; "
+                "`aero-hil diagnose` again continues with it"
+            )
+        self.stored = stored
+        write_case(self._folder, stored)
+        write_whole(self._folder / "case.html", render_case(stored.case))
+
+    def _answer(self, question: Question[Answer]) -> Answer:
+        """Return a stored answer, or ask and store the answer."""
+        if (line := self.stored.answers.get(question.text)) is not None:
+            self._asker.tell(f"answered   {question.text} {line or '-'}")
+            return question.read(line)
+        answer = self._asker.ask(question)
+        answers = {**self.stored.answers, question.text: question.line(answer)}
+        self._store(replace(self.stored, answers=answers))
+        return answer
+
+    def _seen(self, text: str, options: tuple[Option[Answer], ...], proposal: Proposal) -> Answer:
+        """Ask for the user's observation, or let the helper observe."""
+        helper = self._hand.helper
+        if helper is not None and proposal != self._seen_for and text not in self.stored.answers:
+            self._seen_for = proposal
+            helped: Choice[bool] = Choice(text, (Option("look for me", True, "l"), Option("I have looked", False, "n")))
+            if self._asker.ask(helped):
+                self._asker.tell(f"seen       {helper.see(proposal)}")
+        return self._answer(Choice(text, options))
+
+    def _do(self, proposal: Proposal) -> bool:
+        """Ask until the step is done, or let the helper do it; return False if it was skipped."""
+        if (helper := self._hand.helper) is None:
+            return self._asker.ask(Choice(READY, (DONE, NOT_DONE))) is not StepOutcome.SKIPPED
+        helped = Choice(READY, (Option("do it for me", StepOutcome.UNSURE, "m"), DONE, NOT_DONE))
+        if (answer := self._asker.ask(helped)) is StepOutcome.UNSURE:
+            self._asker.tell(f"done       {helper.do(proposal)}")
+        return answer is not StepOutcome.SKIPPED
+
+    def _taken(self, proposal: Proposal, folder: Path) -> tuple[StepOutcome, str]:
+        """Do a step and rerun the failure; return the outcome and the user's note."""
+        step, freed = proposal.step, False
+        if step.asks:
+            answer = self._seen(_question(proposal.text), OUTCOMES, proposal)
+            return answer, self._answer(NOTE)
+        if step.frees:
+            freed = self._seen(FREED, YES_OR_NO, proposal)
+        self._asker.announce(self._motion(proposal))
+        if not self._do(proposal):
+            return StepOutcome.SKIPPED, ""
+        # only the run is repeated: a second exchange would put the servos back
+        for _ in range(RUNS):
+            if (outcome := self._rerun(proposal, folder, freed=freed)) is not None:
+                return outcome, ""
+            if self._asker.ask(Choice(REPEAT, (REPEATED, NOT_DONE))) is StepOutcome.SKIPPED:
+                break
+        return StepOutcome.SKIPPED, ""
+
+    def _rerun(self, proposal: Proposal, folder: Path, *, freed: bool) -> StepOutcome | None:
+        """Rerun the failure after a step; return the outcome, None if inconclusive."""
+        done: tuple[StepOutcome | None, Validation] | None = None
+        try:
+            with self._opened() as opened:
+                folder.mkdir(exist_ok=True)
+                done = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
+        except SafetyStopError as error:
+            self._asker.tell(str(error))
+            if done is None:
+                return self._stopped(error.reason)
+            # found only when the hand is closed; the readings stay valid
+        except NoHandError as error:
+            self._asker.tell(str(error))
+            if not self._asker.ask(Choice(CONNECTED, ALL_CONNECTED)):
+                raise
+            return StepOutcome.STAYS
+        outcome, run = done
+        # the run belongs to this case and opens no other
+        go_on = NextStep(
+            GO_ON, shlex.join(["aero-hil", "diagnose", str(self._folder), "--hil", self._hand.spec.target])
+        )
+        write_results(replace(run, diagnosis=replace(run.diagnosis, case=None, step=go_on)), folder)
+        if run.end.kind is EndKind.INTERRUPTED and run.end.error is not None:
+            raise run.end.error
+        return outcome if run.end.stop is None else self._stopped(run.end.stop, outcome)
+
+    def _stopped(self, reason: SafetyReason, outcome: StepOutcome | None = StepOutcome.STAYS) -> StepOutcome | None:
+        """Return the outcome of a run that the guard stopped; wait and return None if the case itself made it hot."""
+        hot = reason is SafetyReason.TEMPERATURE and not self.case.before.stopped_by(reason)
+        if not hot or outcome is not StepOutcome.STAYS:
+            return outcome
+        until = self._hand.clock.now() + COOLS_S
+        while (left_s := until - self._hand.clock.now()) > 0.0:
+            self._asker.progress(1.0 - left_s / COOLS_S, "the servos cool down", left_s)
+            self._hand.clock.sleep_until(min(self._hand.clock.now() + TRY_S, until))
+        return None
+
+    def _motion(self, proposal: Proposal) -> Motion:
+        """Return the announcement of the motion after a step, with its largest duration."""
+        spec, plan = self._hand.spec, Plan.after(self.case, proposal.step, self._hand.spec.firmware)
+        moves = motion(plan.furthest, plan.seconds, spec.guard)
+        homes = f"The hand homes (about {plan.homes_s:.0f} s). " if plan.homings else ""
+        more = "".join(f"; if all passes, {', '.join(names)}" for names in plan.confirming)
+        runs = f"Runs {', '.join(plan.first)} (about {plan.first_s:.0f} s with opening){more}. "
+        return replace(
+            moves, text=f"{homes}{runs}{moves.text}", channels=tuple(Channel) if plan.homings else moves.channels
+        )
+
+    @contextmanager
+    def _opened(self) -> Iterator[Target]:
+        """Open the hand once its board answers; the board may home for a while after power-on."""
+        begun, booted, resynchronised = self._hand.clock.now(), False, False
+        with ExitStack() as stack:
+            while True:
+                waited_s = self._hand.clock.now() - begun
+                try:
+                    opened = stack.enter_context(self._hand.open())
+                    if not booted:
+                        break
+                    # a link that has asked a booting board in vain holds back its first readings: a new one
+                    stack.pop_all().close()
+                    booted = False
+                except NoHandError:
+                    if waited_s > LONGEST_BOOT_S:
+                        if resynchronised:
+                            raise
+                        # not before, because a homing board would keep these bytes
+                        self._resynchronise()
+                        resynchronised = True
+                    booted = True
+                self._asker.progress(0.0, "waiting for the board, which may home", max(0.0, LONGEST_BOOT_S - waited_s))
+                self._hand.clock.sleep_until(self._hand.clock.now() + TRY_S)
+            yield opened
+
+    def _resynchronise(self) -> None:
+        """Complete a frame that another program has cut short, for whose rest the board waits."""
+        with suppress(AeroError, OSError, SafetyStopError, NoHandError), self._hand.open(may_be_silent=True) as opened:
+            if opened.hand.resynchronise():
+                self._asker.tell("the board waited for the rest of a command that another program had cut short")
+
+
+def _question(text: str) -> str:
+    """Return the question within a step's text."""
+    found = re.search(r"[^.?]*\?", text)
+    return text if found is None else found[0].strip()

@@ -1,0 +1,1 @@
+"""Emulated hands for the instrument: assembly, faults, acts, served ports. Imported by nothing below it."""

@@ -1,0 +1,113 @@
+"""Emulated hand of a case, with a helper that does the steps."""
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, suppress
+from typing import Literal
+
+from aero.channels import FINGERS, Channel
+from aero.errors import AeroError
+from aero.protocol import MAX_CODE
+from aero.safety import SafetyStopError
+from hil.emulated.faults import parse_fault
+from hil.emulated.faults.acts import act
+from hil.emulated.faults.fault import Part
+from hil.emulated.standing_hand import StandingHand
+from hil.targets.hand_spec import HandSpec
+from hil.targets.target import NoHandError, Target
+from hil.verdict.case import DiagnosisCase, Proposal
+from hil.verdict.case_file import HandOfCase
+from hil.verdict.steps import StepOutcome
+
+ASIDE = {"computer": (Part.COMPUTER, Part.DRIVER)}
+"""Parts replaced temporarily during a step."""
+ACTS: dict[str, Sequence[str]] = {
+    "again": (),
+    "home": ("power_off", "let_go", "power_on"),
+    "power": ("power_off", "power_on"),
+    "computer": (),
+    "release": ("replace driver",),
+    "cable": ("replace usb",),
+    "plugs": ("power_off", "replace bus", "power_on"),
+    "supply": ("power_off", "replace supply", "power_on"),
+    "flash": ("flash",),
+    "board": ("replace board",),
+    "exchange": ("exchange_servos {at} {beside}",),
+}
+"""Acts of each step, in the syntax of the prompt of `emulate`; empty for a step without a change."""
+CLOSES_S, READS_S = 2.0, 0.05
+"""Closing time of the fingers while the voltage is read, and reading period, s."""
+
+
+class EmulatedCaseHand:
+    """Emulated hand on its workbench; changes persist until the hand is closed."""
+
+    def __init__(self, bench: StandingHand) -> None:
+        """Wrap the hand on a workbench."""
+        self.bench, self.spec, self.clock = bench, bench.spec, bench.clock
+        self.helper = self
+
+    def open(self, *, may_be_silent: bool = False) -> AbstractContextManager[Target]:
+        """Open the hand."""
+        return self.bench.open(may_be_silent=may_be_silent)
+
+    def do(self, proposal: Proposal) -> str:
+        """Do a step and return a description of the action; parts replaced for the step before are put back first."""
+        self.bench.workbench.put_back()
+        name = proposal.step.name
+        at, beside = ("" if one is None else one.label for one in (proposal.at, proposal.beside))
+        said = [act(self.bench.workbench, words.format(at=at, beside=beside)) for words in ACTS.get(name, ())]
+        if parts := ASIDE.get(name):
+            self.bench.workbench.set_aside(*parts)
+            said.append("took another computer with aero-hil as released")
+        return "; ".join(said) or "left everything as it is"
+
+    def see(self, proposal: Proposal) -> str:
+        """Look, measure or read as a step requires; return the observation."""
+        bench = self.bench.workbench
+        bench.put_back()
+        looks: dict[str, Callable[[], str]] = {
+            "home": bench.let_go,
+            "bend": lambda: self._each(bench.feel, proposal),
+            "inspect": lambda: self._each(bench.look, proposal),
+            "voltage": self._measure,
+            "version": self._version,
+            "registers": bench.registers,
+        }
+        return looks[proposal.step.name]()
+
+    def redo(self, case: DiagnosisCase) -> None:
+        """Repeat the completed steps of a case on the reopened hand."""
+        for done in case.done:
+            if done.outcome is not StepOutcome.SKIPPED:
+                self.do(done.proposal)
+
+    @staticmethod
+    def _each(find: Callable[[Channel], str], proposal: Proposal) -> str:
+        places = [one for one in (proposal.at, proposal.beside) if one is not None]
+        return "; ".join(map(find, places))
+
+    def _measure(self) -> str:
+        bench, least = self.bench.workbench, self.bench.workbench.volts()
+        rest = least
+        with suppress(AeroError, OSError, SafetyStopError, NoHandError), self.bench.open() as target:
+            target.hand.command_codes([MAX_CODE if channel in FINGERS else 0 for channel in Channel])
+            until = self.clock.now() + CLOSES_S
+            while self.clock.now() < until:
+                self.clock.sleep_until(self.clock.now() + READS_S)
+                least = min(least, bench.volts())
+        usual = f"the supply gives {bench.usual_volts:.2f} V"
+        return f"{rest:.2f} V with the hand open, {least:.2f} V while the fingers close; {usual}"
+
+    def _version(self) -> str:
+        return f"{self.bench.workbench.flashed()}; named: {self.spec.firmware}, for a {self.spec.side} hand"
+
+
+def emulated_hand(hand: HandOfCase) -> HandSpec:
+    """Return the emulated hand that a case is about.
+
+    Raises:
+        ValueError: a fault is not known here.
+    """
+    side: Literal["left", "right"] = "left" if hand.side == "left" else "right"
+    faults = tuple(map(parse_fault, hand.faults.split()))
+    return HandSpec("emulated", hand.firmware, side, hand.unit, hand.seed, homed=True, faults=faults)

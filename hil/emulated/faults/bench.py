@@ -1,0 +1,81 @@
+"""Acts on an emulated hand, possibly in another process, and the acts that undo them."""
+
+# The state of a hand is a list of acts on a healthy hand, because text passes a process boundary where an object
+# cannot; one function then undoes acts in this process and behind a pseudo-terminal.
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from hil.emulated.faults.acts import act
+from hil.emulated.faults.catalogue import parse_fault
+from hil.emulated.faults.fault import Injection
+from hil.emulated.faults.workbench import Workbench
+
+UNDONE_BY = {"inject": "clear", "cable_off": "cable_on", "hold": "let_go", "power_off": "power_on"}
+"""Act to its inverse; an exchange is its own inverse."""
+MOST_ACTS = 200
+"""Limit of acts in one restoration; above it the hand counts as not restorable."""
+
+
+@dataclass(frozen=True)
+class BenchState:
+    """State of an emulated hand on a bench."""
+
+    acts: tuple[str, ...] = ()
+    """Acts that bring a healthy hand into this state."""
+    done: tuple[tuple[float, str], ...] = ()
+    """Log of acts since the hand was opened: time, s on the hand's clock, and text."""
+    faults: str = ""
+    """Present, past momentary and scheduled faults as `parse_fault` reads them, separated by blanks."""
+
+    @classmethod
+    def of(cls, workbench: Workbench) -> BenchState:
+        """Return the state of a hand in this process."""
+        return cls(workbench.acts_present, tuple(workbench.done), workbench.words())
+
+    @property
+    def present(self) -> tuple[Injection, ...]:
+        """Injections parsed from `faults`."""
+        return tuple(map(parse_fault, self.faults.split()))
+
+
+@dataclass(frozen=True)
+class HandBench:
+    """Capability to act on an emulated hand in this process or behind a pseudo-terminal."""
+
+    act: Callable[[str], str]
+    """Performs an act given as text and returns a sentence about the act; raises ValueError if the hand refuses."""
+    state: Callable[[], BenchState]
+
+    @classmethod
+    def of(cls, workbench: Workbench) -> HandBench:
+        """Return the bench of a hand in this process."""
+        return cls(lambda words: act(workbench, words), lambda: BenchState.of(workbench))
+
+    def restore(self, wanted: Sequence[str]) -> None:
+        """Restore the state that the `wanted` acts produce on a healthy hand.
+
+        Raises:
+            ValueError: an act cannot be undone.
+        """
+        for _ in range(MOST_ACTS):
+            if (words := next_act(self.state().acts, wanted)) is None:
+                return
+            self.act(words)
+        raise ValueError(f"the hand's state cannot be restored: {', '.join(self.state().acts)}")
+
+
+def next_act(present: Sequence[str], wanted: Sequence[str]) -> str | None:
+    """Return the next act on the way from `present` to `wanted`, or None if both agree."""
+    if "power_off" in present and "power_off" not in wanted:
+        return "power_on"
+    have, want = ([one for one in acts if one.startswith("exchange_")] for acts in (present, wanted))
+    if have != want:
+        return want[len(have)] if want[: len(have)] == have else have[-1]
+    for one in present:
+        if one not in wanted:
+            name, _, rest = one.partition(" ")
+            return f"{UNDONE_BY[name]} {rest}".strip()
+    return next((one for one in wanted if one not in present), None)

@@ -1,0 +1,146 @@
+"""User acts on a served hand: commands from prompt and page, executed in the serving thread."""
+
+import math
+import os
+import select
+import sys
+from collections.abc import Callable
+from queue import SimpleQueue
+from typing import Literal
+
+from aero.channels import WIRE_ORDER, Channel
+from aero.protocol import MAX_CODE, make_positions
+from firmware_emulator.links.in_process import WireEntry
+from hil.emulated.faults.acts import ACTS, act
+from hil.emulated.faults.catalogue import channel_named
+from hil.emulated.faults.workbench import Workbench
+from hil.targets.foreground import in_foreground
+
+COMMAND = "command"
+"""First word of a command that moves a channel like a host: `command ring 40`, in per cent of its window."""
+IDLE_S = 2.0
+"""Time without bytes from a program, s, after which the page may command the hand."""
+ARRIVES_S = 0.1
+"""Time until a command of the page is in the servos' registers, s; earlier commands build on the previous one."""
+LARGEST = 4096
+"""Size limit of a typed line and of one read, bytes."""
+
+
+HELP = "\n".join(
+    [
+        *(f"{' '.join((name, *one.takes))}: {one.words}" for name, one in ACTS.items()),
+        f"{COMMAND} CHANNEL PERCENT: move a channel as a program does",
+    ]
+)
+
+
+class HandsOn:
+    """Queue of command lines from any thread, executed by `serve`."""
+
+    def __init__(
+        self,
+        workbench: Workbench,
+        tell: Callable[[str, Literal["info", "error"]], None],
+        *,
+        reads: bool = False,
+        answer: Callable[[str], None] | None = None,
+    ) -> None:
+        """Create the queue.
+
+        Args:
+            workbench: workbench of the served hand.
+            tell: called with a sentence for each executed or refused act.
+            reads: True to read lines from standard input; a terminal is read only in the foreground.
+            answer: called after each line, with the reason of a refusal or "".
+        """
+        self._workbench, self._tell, self._answer = workbench, tell, answer
+        self._lines: SimpleQueue[str] = SimpleQueue()
+        self._codes: list[int] = []
+        self._sent_at = self._heard = -math.inf
+        self._told = 0
+        self._typed = b""
+        self._reads = reads and sys.stdin is not None
+
+    def put(self, line: str) -> None:
+        """Queue a line, from any thread."""
+        self._lines.put(line)
+
+    def heard(self, entry: WireEntry) -> None:
+        """Record that a program uses the port."""
+        if entry[1] == ">":
+            self._heard = entry[0]
+
+    def serve(self) -> None:
+        """Execute the queued lines, and report acts that have finished."""
+        self._read()
+        while not self._lines.empty():
+            if line := self._lines.get().strip():
+                refused = ""
+                try:
+                    self._do(line)
+                except ValueError as error:
+                    refused = str(error)
+                    self._tell(refused, "error")
+                if self._answer is not None:
+                    self._answer(refused)
+        for _, text in self._workbench.done[self._told :]:
+            self._tell(text, "info")
+        self._told = len(self._workbench.done)
+
+    def _do(self, line: str) -> None:
+        words = line.split()
+        if words[0] == "help":
+            self._tell(HELP, "info")
+        elif words[0] == COMMAND:
+            self._command(line)
+        else:
+            act(self._workbench, line)
+
+    def _command(self, line: str) -> None:
+        """Move one channel; the others keep their present goals, whoever commanded them."""
+        electronics = self._workbench.electronics
+        channel, percent = channel_and_percent(line)
+        if electronics.kernel.now - self._heard < IDLE_S:
+            raise ValueError("a program commands the hand; the page may when it has been silent for 2 s")
+        now = electronics.kernel.now
+        if now - self._sent_at > ARRIVES_S:
+            words = electronics.commanded_words()
+            self._codes = [words[WIRE_ORDER.index(one)] for one in Channel]
+        self._codes[channel] = round(percent / 100.0 * MAX_CODE)
+        self._sent_at = now
+        electronics.receive(make_positions(self._codes))
+
+    def _read(self) -> None:
+        """Queue typed lines; skipped in the background, where reading the terminal would stop the process."""
+        if not self._reads:
+            return
+        end = sys.stdin.fileno()
+        if not in_foreground(end):
+            return
+        if not select.select([end], [], [], 0.0)[0]:
+            return
+        data = os.read(end, LARGEST)
+        self._reads = bool(data)
+        *lines, self._typed = (self._typed + data).split(b"\n")
+        for line in lines:
+            self.put(line.decode(errors="replace"))
+        if len(self._typed) > LARGEST:
+            self._typed = b""
+            self._tell(f"a line is at most {LARGEST} bytes", "error")
+
+
+def channel_and_percent(line: str) -> tuple[Channel, float]:
+    """Return the channel and the percentage, clipped to 0-100 %, of `command CHANNEL PERCENT`.
+
+    Raises:
+        ValueError: another format; the message has the valid one.
+    """
+    _, *words = line.split()
+    channel = channel_named(words[0] if words else "")
+    try:
+        (percent,) = map(float, words[1:])
+    except ValueError:
+        percent = math.nan
+    if math.isnan(percent):
+        raise ValueError(f"it is written {COMMAND} CHANNEL PERCENT, not {line!r}")
+    return channel, min(max(percent, 0.0), 100.0)

@@ -1,0 +1,171 @@
+"""Hand shared by the tests of a session: acts of fixtures and tests are undone at their end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from aero.errors import AeroError
+from hil.emulated.faults.bench import BenchState, HandBench
+from hil.emulated.faults.catalogue import parse_fault
+from hil.targets.delays import Waits
+from hil.targets.hand_spec import HandSpec
+from hil.targets.hands_file import EMULATED_TARGETS
+from hil.targets.target import GroundTruth, Target
+
+REST_WAIT_S = 0.2
+"""Time between two readings of a settling hand, s."""
+REST_TRIES, HANDOVER_TRIES = 15, 75
+"""Readings of a hand that opens, and of a hand after a test, whose board may still home."""
+REST_RAD_S = 0.2
+"""Threshold of shaft speed, rad/s; below it on all channels the hand is at rest."""
+SLEPT_S = 0.05
+"""Threshold of waiting in real time, s; above it a test on virtual time shows nothing of its hand."""
+NOT_EMULATED = "its faults are for an emulated hand; run with --hil=emulated, or see `aero-hil proxy`"
+
+
+def chosen(option: Any, faults: Sequence[str] = ()) -> HandSpec:
+    """Return the hand specified by the options of pytest, with these faults.
+
+    Raises:
+        ValueError: invalid options or faults.
+    """
+    return HandSpec.named(
+        option.aero_hil,
+        firmware=option.aero_hil_firmware,
+        side=option.aero_hil_hand,
+        unit=option.aero_hil_unit,
+        seed=option.aero_hil_seed,
+        faults=tuple(map(parse_fault, faults)),
+        # Homed like an owner's hand; not with faults, because homing may fail on a faulty hand.
+        homed=not faults and not option.aero_hil_still,
+    )
+
+
+def left_out(marks: Collection[str], option: Any, target: Target | None, failed: str) -> str:
+    """Return the reason to skip a test and the option that runs it; empty for a test to be run.
+
+    Args:
+        marks: marks of the test.
+        option: options of pytest.
+        target: hand of the session; None before its opening.
+        failed: name of the failed presence test; empty if none failed.
+    """
+    real_time = target is None or target.real_time
+    truth = target is None or target.find(GroundTruth) is not None
+    reasons = {
+        NOT_EMULATED: "fault" in marks and option.aero_hil not in EMULATED_TARGETS,
+        f"this hand failed {failed}; mend that first, or choose another hand with --hil": failed,
+        "moves the hand; run without --hil-still": "moves" in marks and option.aero_hil_still,
+        "drives the hand into its stops; run with --hil-homing": (
+            "homes" in marks and real_time and not option.aero_hil_homing
+        ),
+        "takes long in real time; run with --hil-long": (
+            "takes_long" in marks and real_time and not option.aero_hil_long
+        ),
+        f"{option.aero_hil} has no ground truth; run with --hil=emulated": "needs_ground_truth" in marks and not truth,
+    }
+    return next((reason for reason, applies in reasons.items() if applies), "")
+
+
+@dataclass
+class SharedHand:
+    """The hand of a test session."""
+
+    target: Target
+    kept: tuple[str, ...] = ()
+    used: bool = False
+
+    def present(self) -> tuple[str, ...]:
+        """Return the acts that describe the hand's present state."""
+        return self.target.get(HandBench).state().acts
+
+    def add(self, acts: Sequence[str]) -> None:
+        """Store the acts of a fixture."""
+        self.kept += tuple(acts)
+
+    def end(self, acts: Sequence[str]) -> None:
+        """Undo the acts of an ending fixture."""
+        self.kept = tuple(one for one in self.kept if one not in acts)
+        self.target.get(HandBench).restore([one for one in self.present() if one not in acts])
+
+    def end_test(self) -> None:
+        """Undo the acts of a test; keep those of active fixtures."""
+        self.target.get(HandBench).restore(self.kept)
+
+    def left_behind(self) -> tuple[str, ...]:
+        """Wait until the hand is at rest, and return the acts that an earlier test did not undo."""
+        if self.used:
+            at_rest(self.target, HANDOVER_TRIES)
+        self.used = True
+        return tuple(sorted(set(self.present()) ^ set(self.kept)))
+
+
+@dataclass(frozen=True)
+class LentHand:
+    """State of a hand at the start of one test."""
+
+    target: Target
+    faults: tuple[str, ...]
+    """Texts of the faults that the hand was opened with for this test."""
+    acts: int
+    """Number of previous acts on the hand."""
+    waits: Waits | None
+    now_s: float
+
+    @classmethod
+    def of(cls, target: Target, faults: tuple[str, ...] = ()) -> LentHand:
+        """Return the present state of a hand."""
+        return cls(target, faults, len(target.get(HandBench).state().done), Waits.now(), target.clock.now())
+
+    def from_now(self) -> LentHand:
+        """Return the hand with its waits counted from now."""
+        return replace(self, waits=Waits.now(), now_s=self.target.clock.now())
+
+    def slept_s(self) -> float:
+        """Return the real time, s, that the test slept on virtual time; 0 if unknown or below `SLEPT_S`."""
+        waits = Waits.now()
+        if self.target.real_time or waits is None or self.waits is None or waits.disk_reads > self.waits.disk_reads:
+            return 0.0
+        slept_s = waits.seconds - self.waits.seconds
+        return slept_s if slept_s > max(SLEPT_S, self.target.clock.now() - self.now_s) else 0.0
+
+    def done(self) -> list[tuple[str, str]]:
+        """Return the JUnit property with the acts of the test and its fixtures; empty without acts."""
+        done = self.target.get(HandBench).state().done[self.acts :]
+        return [("hil_acts", "; ".join(f"{t:.2f} s: {text}" for t, text in done))] if done else []
+
+
+def at_rest(target: Target, tries: int = REST_TRIES) -> bool:
+    """Return True once a hand is at rest, or False after `tries` polls; a restarting or homing board does not reply."""
+    for _ in range(tries):
+        target.clock.sleep_until(target.clock.now() + REST_WAIT_S)  # first, because a motion starts with a delay
+        try:
+            if all(abs(target.hand.read_speeds()) < REST_RAD_S):
+                return True
+        except AeroError:
+            pass
+    return False
+
+
+def refusing_acts(target: Target, refuse: Callable[[str], str]) -> Target:
+    """Return the target of a physical hand with a bench that passes each act to `refuse`."""
+    return replace(target, capabilities=(*target.capabilities, HandBench(refuse, BenchState)))
+
+
+def properties(target: Target, commit: str) -> list[tuple[str, Any]]:
+    """Return the JUnit properties that describe a hand and the commit of aero-hil."""
+    known = {
+        "target": target.name,
+        "hand": target.side,
+        "firmware": target.firmware,
+        "map": target.map.coefficients.name,
+        "window": target.map.window.name,
+        "unit": target.unit,
+        "seed": str(target.seed),
+        "commit": commit,
+    }
+    if target.wrong:
+        known["faults"] = " ".join(map(str, target.wrong))
+    return [(f"hil_{name}", value) for name, value in known.items()]

@@ -1,0 +1,210 @@
+"""A case is gone through alike by terminal, page and tests: an emulated hand, a board that homes, answers that stay."""
+
+from contextlib import closing, contextmanager
+from dataclasses import replace
+
+import pytest
+from click.testing import CliRunner
+
+from aero.channels import Channel
+from aero.exit_code import Exit
+from aero.safety import SafetyReason, SafetyStopError
+from hil import open_target
+from hil.cli import main
+from hil.dialogue import case_session
+from hil.dialogue.asker import Choice
+from hil.dialogue.case_session import CONNECTED, COOLS_S, RUNS, CaseSession
+from hil.emulated.emulated_case import ACTS, EmulatedCaseHand
+from hil.emulated.faults import parse_fault
+from hil.emulated.standing_hand import StandingHand
+from hil.targets.hand_spec import HandSpec
+from hil.targets.target import NoHandError
+from hil.verdict.case import DiagnosisCase, Done, Proposal
+from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
+from hil.verdict.failures import Failures
+from hil.verdict.parts import Part, Suspect
+from hil.verdict.run_end import EndKind, RunEnd
+from hil.verdict.steps import StepOutcome, steps
+from hil.verdict.validation import validate
+
+BY_HELP = "n\nm\n" * 40
+"""No to each question, and each step by the program."""
+SETUP = StoredCase(
+    DiagnosisCase(
+        Failures({("presence", "round_trip", "hand"): 9.0, ("presence", "idle_current", "ring"): 3.0}),
+        frozenset({Suspect(Part.SETUP)}),
+        frozenset(),
+        ("presence",),
+        ("presence",),
+        ("presence",),
+    ),
+    HandOfCase("0.2.0", "right"),
+)
+
+
+class Silent:
+    """Answers yes, and keeps what it is shown."""
+
+    def __init__(self, connected=True):
+        self.told, self.doing, self.announced, self._connected = [], [], [], connected
+
+    def ask(self, question):
+        if isinstance(question, Choice) and question.text == CONNECTED:
+            return self._connected
+        return question.options[0].answer if isinstance(question, Choice) else ""
+
+    def show(self, case):
+        self.told.append(case)
+
+    def announce(self, motion):
+        self.announced.append(motion)
+
+    def progress(self, part, doing, left_s):
+        self.doing.append((part, doing, left_s))
+
+    def tell(self, text):
+        self.told.append(text)
+
+
+class Homing:
+    """A hand whose board answers only after a while."""
+
+    spec, helper = HandSpec("/dev/nowhere"), None
+
+    def __init__(self, target, silent_s):
+        self.target, self.clock = target, target.clock
+        self.answers_at, self.opened = self.clock.now() + silent_s, 0
+
+    @contextmanager
+    def open(self, *, may_be_silent=False):
+        if self.clock.now() < self.answers_at:
+            raise NoHandError("no hand answers")
+        self.opened += 1
+        yield self.target
+
+
+@pytest.mark.parametrize(("silent_s", "found"), [(9, True), (45, True), (120, False)])
+def test_a_board_that_homes_is_waited_for(silent_s, found, tmp_path):
+    """Enter 9 s after power returned ended with 3 once, and lost what had been typed."""
+    write_case(tmp_path, SETUP)
+    with open_target(homed=True) as target:
+        session = CaseSession(SETUP, tmp_path, Homing(target, silent_s), asker := Silent(connected=False))
+        if not found:
+            with pytest.raises(NoHandError):
+                session.go_through()
+            assert read_case(tmp_path).answers
+            return
+        session.go_through()
+    assert session.case.gone
+    parts = [part for part, *_ in asker.doing]
+    assert parts == sorted(parts)
+    assert parts[-1] == 1.0
+    left = [left_s for _, doing, left_s in asker.doing if "board" not in doing]
+    assert left == sorted(left, reverse=True)
+
+
+def test_a_board_that_waits_for_the_rest_of_a_frame_gets_it(tmp_path):
+    """A board that another program had left out of step kept a step from ending any failure."""
+    once = replace(SETUP, case=replace(SETUP.case, before=Failures({("session", "lost_replies", "hand"): 3.0})))
+    write_case(tmp_path, once)
+    with closing(StandingHand(HandSpec())) as standing:
+        standing.electronics.board.receive(b"M105\n")
+        session = CaseSession(once, tmp_path, EmulatedCaseHand(standing), asker := Silent())
+        session.go_through()
+    (done,) = session.case.done
+    assert (done.proposal.step.name, done.outcome) == ("again", StepOutcome.GONE)
+    assert any("rest of a command" in one for one in asker.told if isinstance(one, str))
+
+
+def test_a_part_is_replaced_until_the_next_step(tmp_path):
+    """A board that homed was asked a second time from the old computer, which was then cleared."""
+    stalls = parse_fault("host_stalls=0.5")
+    with closing(StandingHand(HandSpec(faults=(stalls,)))) as standing:
+        hand = EmulatedCaseHand(standing)
+        hand.do(Proposal(steps()["computer"]))
+        for _ in range(2):
+            with hand.open():
+                assert f"inject {stalls}" not in standing.workbench.acts_present
+        hand.do(Proposal(steps()["again"]))
+        assert f"inject {stalls}" in standing.workbench.acts_present
+
+
+def test_a_hand_that_no_step_lets_answer_still_fails(tmp_path):
+    """A case of two servos with one ID ended with exit code 3, for its board answers no more after a restart."""
+    write_case(tmp_path, SETUP)
+    with open_target(homed=True) as target:
+        session = CaseSession(SETUP, tmp_path, Homing(target, 1e6), Silent())
+        session.go_through()
+    outcomes = {done.outcome for done in session.case.done if done.proposal.step.runs}
+    assert outcomes == {StepOutcome.STAYS}
+
+
+def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path, monkeypatch):
+    """A servo that earlier runs had heated up stopped each run after a step, and the good digit was convicted."""
+    hot = RunEnd(EndKind.STOPPED, "presence", "hot", SafetyStopError("hot", SafetyReason.TEMPERATURE, Channel.RING))
+    runs = []
+
+    def stopped(target, case, proposal, **_more):
+        runs.append(target.clock.now())
+        return StepOutcome.STAYS, replace(validate(target, ("presence",)), end=hot)
+
+    monkeypatch.setattr(case_session, "rerun", stopped)
+    write_case(tmp_path, SETUP)
+    with open_target(homed=True) as target:
+        session = CaseSession(SETUP, tmp_path, Homing(target, 0), asker := Silent())
+        session.go_through()
+    assert {done.outcome for done in session.case.done if done.proposal.step.runs} == {StepOutcome.SKIPPED}
+    assert len(runs) == RUNS * len(asker.announced)
+    assert runs[1] - runs[0] > COOLS_S
+
+
+def test_a_board_that_has_just_booted_is_asked_over_a_new_link(tmp_path):
+    write_case(tmp_path, SETUP)
+    with open_target(homed=True) as target:
+        hand = Homing(target, 9)
+        CaseSession(SETUP, tmp_path, hand, Silent()).go_through()
+    assert hand.opened == 2
+
+
+@pytest.mark.parametrize(
+    ("ended", "command"),
+    [
+        ("version", "aero-hil validate --hil /dev/nowhere --firmware VERSION --hand SIDE"),
+        ("home", "aero-hil validate --hil /dev/nowhere --firmware 0.1.5 --hand left"),
+    ],
+)
+def test_a_case_ends_with_a_command_that_names_version_and_side(ended, command, tmp_path):
+    """A left hand with 0.1.5 was to be validated as a right one with the default version."""
+    outcome = StepOutcome.YES if ended == "version" else StepOutcome.FREED
+    closed = replace(SETUP, case=replace(SETUP.case, done=(Done(Proposal(steps()[ended]), outcome),)))
+    write_case(tmp_path, closed)
+    with open_target() as target:
+        hand = Homing(target, 0)
+        hand.spec = HandSpec("/dev/nowhere", "0.1.5", "left")
+        CaseSession(closed, tmp_path, hand, asker := Silent()).go_through()
+    assert asker.told[-1].conclusion.endswith(f" Then validate again: {command}")
+
+
+def test_a_newcomer_sees_a_whole_case_on_the_emulated_hand_of_the_run(tmp_path):
+    run = ["--only", "presence", "--only", "audit", "--fault", "motor_dead:ring", "--out", str(tmp_path)]
+    CliRunner().invoke(main, ["validate", *run])
+    put_down = CliRunner().invoke(main, ["diagnose", str(tmp_path)], input="n\nn\nm\nn\nm\n")
+    assert "the same command resumes" in put_down.output
+    assert len(read_case(tmp_path).case.done) == 1
+    ended = CliRunner().invoke(main, ["diagnose", str(tmp_path)], input=BY_HELP)
+    assert ended.exit_code == Exit.OUT_OF_LIMITS
+    case = read_case(tmp_path).case
+    assert case.convicted == Suspect(Part.SERVO, Channel.RING)
+    assert case.done[-1].outcome is StepOutcome.MOVED
+    assert "exchanged the servos of ring and middle" in ended.output
+
+
+def test_a_hand_on_a_port_is_not_emulated(tmp_path):
+    write_case(tmp_path, SETUP)
+    ended = CliRunner().invoke(main, ["diagnose", str(tmp_path)])
+    assert ended.exit_code == Exit.USAGE
+    assert "give it with --hil" in ended.output
+
+
+def test_every_step_can_be_done_for_a_newcomer():
+    assert ACTS.keys() == {name for name, step in steps().items() if step.runs}
