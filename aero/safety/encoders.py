@@ -165,11 +165,17 @@ class Encoders:
                 asked = f"{lowest[channel]:.0%}"
                 if highest[channel] > lowest[channel]:
                     asked += f" to {highest[channel]:.0%}"
+                # No remedy moves the hand: this text may stand beside "switch the hand's supply off".
+                cause = (
+                    "it is blocked or its servo has no torque; look for the obstacle, then inspect the servo"
+                    if short
+                    else "its motor runs away, its servo has another ID, or its zero is lost; inspect the servo "
+                    "before the next command"
+                )
                 yield Violation(
                     SafetyReason.STRAY,
-                    f"{channel.label} stands at {at:.0%} of its window, and was only sent to {asked} in the last "
-                    f"{self._thresholds.follow_s:g} s: it is blocked or without torque, its servo has another ID, its "
-                    "zero is lost, or it turns the wrong way; home the hand and try one channel at a time",
+                    f"{channel.label} stands at {at:.0%} of its window; the commands of the last "
+                    f"{self._thresholds.follow_s:g} s were {asked}: {cause}",
                     channel,
                 )
 

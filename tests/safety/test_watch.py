@@ -136,6 +136,17 @@ def test_nothing_is_expected_of_the_encoders_after_homing():
     assert "stands at 100%" in looks(watch, 1.0, np.ones(7), start=1.0 + LIMITS.follow_s)[1].text
 
 
+@pytest.mark.parametrize(("at", "cause"), [(0.0, "blocked or its servo has no torque"), (1.0, "its motor runs away")])
+def test_a_stray_finger_is_blocked_or_runs_away(at, cause):
+    watch = watched(LIMITS, SPANS)
+    watch.encoders.found(0.0, OPEN)
+    watch.encoders.commanded(0.0, np.full(7, 1.0 - at))
+    # The first seconds pass on the way, without a look.
+    text = looks(watch, 1.0, np.full(7, at), start=LIMITS.follow_s + 1.0)[1].text
+    assert cause in text
+    assert "home" not in text
+
+
 def test_all_thresholds_are_listed_for_the_report():
     assert Thresholds(current_a=3.0).as_dict()["current_a"] == 3.0
     assert len(LIMITS.as_dict()) == len(dataclasses.fields(Thresholds))
