@@ -27,7 +27,8 @@ def channel_sentences(run: Validation) -> tuple[str, ...]:
     still = {one.subject for one in run.withheld if one.why is NotJudgedReason.NO_MOTION}
     groups: dict[object, list[str]] = {}
     for subject in order:
-        checks = {finding.check for finding in of[subject]}
+        # Readings above and below their limits are two sentences, for one value stands for all subjects.
+        checks = {(finding.check, (finding.excess or 0.0) > 0) for finding in of[subject]}
         groups.setdefault(checks.pop() if len(checks) == 1 else (subject,), []).append(subject)
     return tuple(_sentence(alike, strongest[alike[0]], still=alike[0] in still) for alike in groups.values())
 

@@ -94,6 +94,19 @@ def test_channels_that_fail_one_check_alone_share_a_sentence(validated):
     assert sentence.startswith("Index finger and ring finger: friction")
 
 
+def test_readings_above_and_below_their_limits_are_two_sentences(validated):
+    result = validated.results["staircase"]
+    excess = {"index": 5.0, "ring": -5.0, "pinky": -3.0}
+    bad = tuple(
+        replace(one, passed=False, excess=excess[one.subject])
+        if one.check == "friction" and one.subject in excess
+        else one
+        for one in result.findings
+    )
+    sentences = channel_sentences(Validation({"staircase": replace(result, findings=bad)}, FINISHED, 0.0))
+    assert [text.partition(":")[0] for text in sentences] == ["Index finger", "Ring finger and pinky finger"]
+
+
 @pytest.mark.parametrize(
     ("measured", "expected", "words"),
     [
