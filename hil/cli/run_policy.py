@@ -34,8 +34,13 @@ from model.cube_plant import CubePlant, CubeWatch
 from model.scene import CUBE
 from model.units.cable_correction import NONE, TYPICAL, named_correction
 
-CODES = {Ending.TIME: Exit.WITHIN_LIMITS, Ending.OVERRUN: Exit.HOST_BUSY, Ending.TOO_SLOW: Exit.HOST_BUSY}
-"""Exit codes of the endings that the hand does not cause."""
+CODES = {
+    Ending.TIME: Exit.WITHIN_LIMITS,
+    Ending.STOPPED: Exit.STOPPED,
+    Ending.READINGS: Exit.NO_HAND,
+    Ending.OVERRUN: Exit.HOST_BUSY,
+    Ending.TOO_SLOW: Exit.HOST_BUSY,
+}
 
 
 @click.command("run-policy")
@@ -69,13 +74,13 @@ def run_policy(
     """Run POLICY on a hand: ramp to the grasp, wait for the object, run the policy, ramp back.
 
     POLICY is `steady` (shipped, the default), a policy file, an ONNX file, or package.module:factory in Python. A TOML
-    file beside the last two declares observation and action; see docs/your_policy.md.
+    file beside the last two declares observation and action; see "Run your policy" in the documentation.
 
     Every hand is guarded, even an emulated one, and finally opened. An emulated hand in this process gets the paper's
     cube.
 
-    Exits with 0 after the full time, 1 after a stop by the guard or missing readings, and 7 if the policy or this
-    computer was too slow; docs/commands.md lists the other codes.
+    Exit code 0: full time; 3: too many readings missing; 4: stopped by the guard; 7: policy or computer too slow;
+    others: see "Exit codes" in the documentation.
     """
     console = new_console()
     holds_cube = spec.target == "emulated" and not (dry_run or empty)
@@ -115,7 +120,7 @@ def run_policy(
             console.print(f"The policy is too slow for its rate: an action has {1e3 * policy.settings.period_s:g} ms.")
         if record:
             console.print(f"recorded in {record}")
-    sys.exit(CODES.get(result.run.ending, Exit.OUT_OF_LIMITS))
+    sys.exit(CODES[result.run.ending])
 
 
 def _correction_line(whose: str, correction: Sequence[float]) -> str:

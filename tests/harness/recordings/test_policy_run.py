@@ -82,9 +82,9 @@ def weak(tmp_path, monkeypatch):
     return named
 
 
-def test_run_policy_ends_with_one_when_a_limit_of_this_hand_ends_it(path, weak):
+def test_run_policy_ends_with_4_when_the_guard_stops_the_hand(path, weak):
     result = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "3", *weak(0.5)])
-    assert result.exit_code == 1
+    assert result.exit_code == 4
     assert "drawn more than 0.5 A" in " ".join(result.output.split())
 
 
