@@ -13,7 +13,7 @@ UNWATCHED_S = 2.7
 """Time after homing without checks, s: the guard restarts, and its commands take time."""
 LIMITS = Thresholds()
 """Published limits, independent of the guard's settings in a test."""
-ENDING_S = 2.5 * LIMITS.opening_patience_s
+ENDING_S = 4 * LIMITS.opening_patience_s
 
 
 class PromisedProgram(GuardedProgram):
@@ -83,7 +83,7 @@ class PromisedProgram(GuardedProgram):
             "current": (longest_s(seen & (found["current"] > LIMITS.current_a)), LIMITS.current_s + late_s),
             "temperatures": (
                 np.max(found["temperatures_age"], where=seen, initial=0.0),
-                LIMITS.temperature_look_s + 2 * late_s,
+                LIMITS.temperature_look_s + 3 * late_s,
             ),
             "stale": (np.max(found["stale"], where=moving, initial=0.0), LIMITS.stale_s + late_s),
             "silence": (np.max(found["silence"], where=moving, initial=0.0), LIMITS.silent_s + 7 * late_s),
