@@ -175,7 +175,7 @@ def _agreement(recording: Recording) -> FirstPlot:
     for channel in (Channel.INDEX, Channel.THUMB_FLEXOR):
         start, end = _seconds(recording, channel.label, "", duration_s(recording))
         columns.append(PlotColumn((channel,), max(0.0, start - PADDING_S), end + PADDING_S, channel.title))
-    title = "Simulator and hand on one command stream" if "length" in rows else EXPERIMENTS[name].title
+    title = "Command, simulator and hand" if "length" in rows else EXPERIMENTS[name].title
     return FirstPlot(title, "", Plot("first-plot", name, rows, tuple(columns)))
 
 
