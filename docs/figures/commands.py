@@ -17,6 +17,8 @@ from pathlib import Path
 from statistics import median
 from unittest.mock import patch
 
+import click
+
 from aero.channels import CABLES, Channel
 from figures import Rows, store
 from hil import open_target
@@ -144,5 +146,12 @@ def row(name: str, found: Sequence[Told]) -> list[str]:
     ]
 
 
+@click.command()
+@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+def main(folder: Path) -> None:
+    """Validate hands that wear into FOLDER and store the table."""
+    store("commands.wear", wear(folder), origin=f"commit {source_commit()[:7]}")
+
+
 if __name__ == "__main__":
-    store("commands.wear", wear(Path(sys.argv[1])), origin=f"commit {source_commit()[:7]}")
+    main()

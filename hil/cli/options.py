@@ -90,9 +90,7 @@ def _installed(_context: click.Context, _option: click.Parameter, wanted: bool) 
     return wanted
 
 
-VIEW = click.option(
-    "--view", is_flag=True, callback=_installed, help="Show the hand in a web page on this machine; docs/view.md."
-)
+VIEW = click.option("--view", is_flag=True, callback=_installed, help="Show the hand in a web page on this machine.")
 SEED = click.IntRange(0, 2**32 - 1)
 """Seed range common to NumPy, JAX and the firmware sessions."""
 

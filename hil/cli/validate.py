@@ -50,8 +50,8 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
 def validate(*, spec: HandSpec, baseline: Path | None, zeros: str, **options: Any) -> None:
     """Check a hand: completeness, motion, agreement with the simulator.
 
-    Recordings are written during the run, so that any ending keeps the results so far. Exits with 0 if everything is
-    within limits, else 1; docs/commands.md lists the other codes.
+    Recordings are written during the run, so that any ending keeps the results so far. Exit code 0: within
+    limits; 1: out of limits; others: no verdict, see "Exit codes" in the documentation.
     """
     from hil.cli.validation_run import run  # noqa: PLC0415 - help is quick
 

@@ -65,7 +65,7 @@ SCALE = {"finger_travel_m_s": 1e3}
 )  # fmt: skip
 @click.option(
     "--as", "deployment_name", type=click.Choice(list(load_deployments())),
-    help="Predict a physical hand under this deployment, beside plain MuJoCo; table in docs/training.md.",
+    help="Predict a physical hand under this deployment, beside plain MuJoCo.",
 )  # fmt: skip
 @click.option("--seconds", type=SECONDS, default=15.0, show_default=True, help="Length of a trial, s.")
 @click.option("--seed", type=SEED, help="Seed of all random numbers; default: a fresh one, which is printed.")

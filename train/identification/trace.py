@@ -165,7 +165,7 @@ class Trace:
                 raise ValueError(f"it lacks {', '.join(sorted(missing))}")
             return cls._of_arrays({key: np.asarray(values, float) for key, values in arrays.items()}, path.stem)
         except (ValueError, TypeError, LookupError) as error:
-            raise ValueError(f"{path} is not an .npz log as described in docs/calibration.md: {error}") from error
+            raise ValueError(f"{path} is not an .npz log of a hand: {error}") from error
 
     @classmethod
     def _of_arrays(cls, data: Mapping[str, NDArray[np.float64]], name: str) -> Self:
