@@ -11,9 +11,10 @@ from pkgutil import extend_path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from hil.targets.hand_errors import MissingCapabilityError, NoHandError
     from hil.targets.hand_spec import HandSpec
     from hil.targets.opening import open_target
-    from hil.targets.target import GroundTruth, MissingCapabilityError, NoHandError, Target
+    from hil.targets.target import GroundTruth, Target
 
 # The path includes folders named `hil` of user projects, so that their modules stay importable.
 __path__ = extend_path(__path__, __name__)
@@ -21,8 +22,8 @@ __path__ = extend_path(__path__, __name__)
 _HOMES = {
     "GroundTruth": "hil.targets.target",
     "HandSpec": "hil.targets.hand_spec",
-    "MissingCapabilityError": "hil.targets.target",
-    "NoHandError": "hil.targets.target",
+    "MissingCapabilityError": "hil.targets.hand_errors",
+    "NoHandError": "hil.targets.hand_errors",
     "Target": "hil.targets.target",
     "open_target": "hil.targets.opening",
 }

@@ -22,10 +22,11 @@ from hil.dialogue.terminal import ProgressBar
 from hil.dialogue.terminal import console as new_console
 from hil.dialogue.terminal_asker import TerminalAsker
 from hil.dialogue.viewing import telling
-from hil.emulated.faults import FaultNeverFiredError, parse_fault
+from hil.emulated.faults import parse_fault
 from hil.recordings.output import claimed, emptied, prepared_folder, run_folder
 from hil.report.results import write_figures, write_results
 from hil.report.text import result_line, run_text
+from hil.targets.hand_errors import FaultNeverFiredError
 from hil.targets.hand_spec import HandSpec
 from hil.targets.target import Onlooker
 from hil.verdict.baseline import load

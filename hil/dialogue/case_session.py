@@ -30,8 +30,9 @@ from hil.dialogue.before_moving import motion
 from hil.recordings.errors import UnusableFileError
 from hil.report.page import render_case
 from hil.report.results import write_results
+from hil.targets.hand_errors import NoHandError
 from hil.targets.hand_spec import HandSpec
-from hil.targets.target import NoHandError, Target
+from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import CASE, StoredCase, read_case, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why

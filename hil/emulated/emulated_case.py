@@ -10,12 +10,13 @@ from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
 from hil.emulated.faults import parse_fault
 from hil.emulated.faults.acts import act
-from hil.emulated.faults.fault import Part
 from hil.emulated.standing_hand import StandingHand
+from hil.targets.hand_errors import NoHandError
 from hil.targets.hand_spec import HandSpec
-from hil.targets.target import NoHandError, Target
+from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import HandOfCase
+from hil.verdict.part import Part
 from hil.verdict.steps import StepOutcome
 
 ASIDE = {"computer": (Part.COMPUTER, Part.DRIVER)}

@@ -11,9 +11,9 @@ from queue import Empty, SimpleQueue
 from aero.child_process import ChildError, ChildProcess
 from hil.emulated import served_hand
 from hil.emulated.faults.bench import BenchState, HandBench
-from hil.emulated.faults.schedule import FaultNeverFiredError
 from hil.emulated.served_hand import ACTED, NEVER_FIRED, spec_text
 from hil.targets.delays import LATE, DelayLog, Loop
+from hil.targets.hand_errors import FaultNeverFiredError
 from hil.targets.hand_spec import HandSpec
 
 _LOG = logging.getLogger(__name__)

@@ -30,12 +30,11 @@ from aero.regular_file import open_regular
 from aero.safety.interrupts import uninterrupted
 from aero.whole_file import begin_file, whole
 from aero_hil_toml import filled
-from hil.emulated.faults.link_faults import Direction
 from hil.recordings.errors import UnusableFileError, writing
 from hil.recordings.mcap_chunks import ChunkWriter
 from hil.recordings.recording import Event, Header, Recording, Series, Severity
 from hil.recordings.series_layout import conformed
-from hil.targets.wire_log import WireRecord
+from hil.targets.wire_log import Direction, WireRecord
 
 Content = TypeVar("Content")
 METADATA = "aero-hil"

@@ -16,14 +16,13 @@ from aero.clock import Clock
 from aero.driver import CURRENT_A_PER_UNIT
 from aero.protocol import FILLER, FRAME_SIZE, Opcode, parse_reply, signed_values, unsigned_values
 from aero.side import Side
-from hil.emulated.faults.link_faults import Direction
 from hil.recordings.errors import CannotBeWrittenError, writing
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import origin
 from hil.recordings.recording import DELAYS, Event, Header, Recording, Series, Severity, delay_series
 from hil.recordings.series_layout import LABELS, SERIES_UNITS
 from hil.targets.delays import DelayLog
-from hil.targets.wire_log import WireRecord
+from hil.targets.wire_log import Direction, WireRecord
 
 SESSION = "session"
 READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}

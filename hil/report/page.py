@@ -29,7 +29,8 @@ from hil.verdict.case import CaseState, DiagnosisCase
 from hil.verdict.case_words import asked, conclusion, outcome_text, why
 from hil.verdict.findings import Finding, NotJudgedReason, failed
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.parts import Part, listed
+from hil.verdict.part import Part
+from hil.verdict.parts import listed
 from hil.verdict.run_end import EndKind
 from hil.verdict.steps import StepOutcome
 

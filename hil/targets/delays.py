@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from aero.clock import WallClock
 from aero.transport import Transport
-from hil.emulated.faults.host import Passing
+from hil.targets.passing import Passing
 
 LEAST_S = 0.005
 """Threshold of a delay, s; below it the delay is ignored. An idle computer wakes a program within 0.2 ms."""

@@ -23,8 +23,9 @@ from hil.emulated.faults.schedule import Schedule
 from hil.emulated.faults.workbench import Workbench
 from hil.emulated.pty_process import serve_in_child
 from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
+from hil.targets.hand_errors import NoHandError
 from hil.targets.hand_spec import HOMINGS, PHYSICAL, HandSpec
-from hil.targets.target import GroundTruth, NoHandError, Target
+from hil.targets.target import GroundTruth, Target
 from hil.targets.wire_log import WireLog
 from model.units import Unit
 from model.units.conditions import Conditions

@@ -11,7 +11,6 @@ from typing import TypeVar
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.clock import Clock, WallClock
-from aero.exit_code import Exit
 from aero.firmware import firmware_of
 from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
@@ -23,23 +22,12 @@ from hil.emulated.faults.catalogue import parse_fault
 from hil.emulated.faults.fault import Injection
 from hil.emulated.faults.workbench import Workbench
 from hil.targets.delays import DelayLog
+from hil.targets.hand_errors import MissingCapabilityError
 from hil.targets.hand_spec import hand_words
 from hil.targets.wire_log import WireLog
 from model import BuiltHandPlant
 
 Capability = TypeVar("Capability")
-
-
-class NoHandError(Exception):
-    """No hand answers at the target; the message names the target and a remedy."""
-
-    exit_code = Exit.NO_HAND
-
-
-class MissingCapabilityError(Exception):
-    """The target lacks a capability; the message names a target that has it."""
-
-    exit_code = Exit.USAGE
 
 
 @dataclass(frozen=True)
@@ -58,10 +46,6 @@ class Onlooker:
 
     answer: Callable[[Choice[str]], str]
     """Returns the answer; raises `KeyboardInterrupt` if the dialogue has ended."""
-
-
-class LookEndedError(KeyboardInterrupt):
-    """The person ended the visual inspection after the hand was opened."""
 
 
 @dataclass(frozen=True, repr=False)

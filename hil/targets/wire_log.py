@@ -4,13 +4,13 @@ import logging
 from collections import deque
 from collections.abc import Callable
 from itertools import islice
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from aero.clock import Clock
 from aero.transport import Transport
-from hil.emulated.faults.link_faults import Direction
 
 _LOG = logging.getLogger(__name__)
+Direction = Literal["to_hand", "from_hand"]
 STORED_RECORDS = 500_000
 """Limit of records in memory: over an hour at 50 readings and commands a second, about 100 MB."""
 

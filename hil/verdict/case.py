@@ -16,7 +16,8 @@ from aero.channels import Channel
 from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN
 from hil.checks.shared.declaration import EvidenceKind
 from hil.verdict.failures import BY_CHANCE, LABELS, RUN, Failures
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.steps import (
     ENDED,
     OF_ONE,

@@ -20,7 +20,8 @@ from hil.targets.hand_spec import PHYSICAL
 from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.failures import EVIDENCE, LABELS, Failures
 from hil.verdict.limits import Key
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.steps import StepOutcome, steps
 
 CASE = "case.json"

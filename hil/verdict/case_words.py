@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from hil.checks.shared.subjects import subject_words
 from hil.verdict.case import CaseState, DiagnosisCase, Done, Proposal
-from hil.verdict.parts import Part, Suspect, listed
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect, listed
 from hil.verdict.steps import StepOutcome
 
 

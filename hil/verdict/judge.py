@@ -29,7 +29,8 @@ from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
 from hil.verdict.motion import still_channels, without_motion
 from hil.verdict.observations import observations
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
 from hil.verdict.suspects import THUMB, Isolation, RunSigns, isolate
 

@@ -5,10 +5,7 @@ from dataclasses import dataclass
 
 from aero.channels import Channel
 from hil.checks.shared.subjects import subject_words
-from hil.emulated.faults.fault import Part
-
-__all__ = ["Part", "Suspect", "listed", "place"]
-
+from hil.verdict.part import Part
 
 FEW = 4
 """Limit of locations that a heading lists individually."""

@@ -7,9 +7,9 @@ from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyReason, SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
-from hil.emulated.faults import FaultNeverFiredError
 from hil.recordings.errors import CannotBeWrittenError
 from hil.recordings.recording import Recording
+from hil.targets.hand_errors import FaultNeverFiredError
 from hil.verdict.findings import Finding
 
 

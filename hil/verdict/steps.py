@@ -10,7 +10,7 @@ from typing import Any
 from aero.channels import FINGERS, Channel
 from aero_hil_toml import filled, parsed
 from hil.checks.shared.subjects import subject_words
-from hil.emulated.faults.fault import Part
+from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 
 

@@ -37,8 +37,8 @@ from aero.errors import DesyncError, NoTelemetryError
 from aero.safety import SafetyReason
 from hil.checks.shared.declaration import EvidenceKind as Kind
 from hil.checks.shared.subjects import SUBJECTS, subject_words
-from hil.emulated.faults.fault import Part
 from hil.verdict.failures import LABELS, Failures
+from hil.verdict.part import Part
 from hil.verdict.parts import Suspect, listed
 from hil.verdict.run_end import EndKind, RunEnd
 

@@ -11,7 +11,7 @@ from lerobot_robot_aero.angles import POSITIONS, named
 from aero import WallClock
 from aero.safety import SafetyStopError, Thresholds
 from hil import GroundTruth
-from hil.targets.target import NoHandError
+from hil.targets.hand_errors import NoHandError
 from lerobot_robot_aero import AeroHandRobot, AeroHandRobotConfig, AeroTwinConfig
 
 GRASP = named([40.0, 40.0, 40.0, 40.0, 50.0, 20.0, 30.0])

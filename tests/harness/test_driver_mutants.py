@@ -6,7 +6,8 @@ from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP
 from hil.emulated.faults import parse_fault
 from hil.targets.opening import open_target
 from hil.verdict.findings import failed
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.run_end import EndKind
 from hil.verdict.validation import validate
 from model.units.conditions import Conditions

@@ -18,14 +18,15 @@ from aero.side import Side
 from hil.dialogue.asker import Choice
 from hil.dialogue.case_session import CaseSession
 from hil.emulated.emulated_case import EmulatedCaseHand
-from hil.emulated.faults.fault import FaultLayer, Injection, Part
+from hil.emulated.faults.fault import FaultLayer, Injection
 from hil.emulated.faults.winding import NEIGHBOUR
 from hil.emulated.standing_hand import StandingHand
 from hil.report.results import write_results
+from hil.targets.hand_errors import NoHandError
 from hil.targets.hand_spec import HandSpec
-from hil.targets.target import NoHandError
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import CASE, read_case
+from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import EndKind
 from hil.verdict.validation import validate

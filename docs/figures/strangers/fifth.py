@@ -17,13 +17,14 @@ from firmware_emulator.servo.models import REGISTERS
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
 from hil.emulated.faults.assembly import Active
 from hil.emulated.faults.encoder import Encoder
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Severity, share
 from hil.emulated.faults.link import LinkFault
 from hil.emulated.faults.link_faults import LinkEffect
 from hil.emulated.faults.mechanics import JOINTS, another_unit, with_values
 from hil.emulated.faults.motor import UNPOWERED, on_shaft, weaker
 from hil.emulated.faults.servo import servo_of, store
 from hil.emulated.faults.shaft_fault import ShaftFault
+from hil.verdict.part import Part
 from model.geometry.winding import SPOOL_RADIUS
 
 CABLE, JOINT, WINDING, MOTOR = FaultLayer.CABLE, FaultLayer.JOINT, FaultLayer.WINDING, FaultLayer.MOTOR

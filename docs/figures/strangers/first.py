@@ -14,13 +14,14 @@ from aero.channels import FINGERS, WIRE_ORDER, Channel, Joint
 from firmware_emulator.plant import Drive
 from firmware_emulator.servo.models import REGISTERS
 from hil.emulated.faults.assembly import Active
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Severity, share
 from hil.emulated.faults.link import LinkFault
 from hil.emulated.faults.link_faults import LinkEffect
 from hil.emulated.faults.mechanics import JOINTS, another_unit, with_values
 from hil.emulated.faults.motor import on_shaft, weaker
 from hil.emulated.faults.servo import servo_of, store
 from hil.emulated.faults.shaft_fault import ShaftFault
+from hil.verdict.part import Part
 
 CABLE, JOINT = FaultLayer.CABLE, FaultLayer.JOINT
 FRAME = struct.Struct("<BB7H")

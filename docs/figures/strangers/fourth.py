@@ -14,13 +14,14 @@ from firmware_emulator.servo.memory import encode_signed
 from firmware_emulator.servo.models import REGISTERS
 from hil.emulated.faults.assembly import Active
 from hil.emulated.faults.bus import SpoiledAnswers
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Severity, share
 from hil.emulated.faults.link import LinkFault
 from hil.emulated.faults.link_faults import LinkEffect
 from hil.emulated.faults.mechanics import JOINTS
 from hil.emulated.faults.motor import UNPOWERED, Motor, on_shaft
 from hil.emulated.faults.servo import servo_of
 from hil.emulated.faults.shaft_fault import ShaftFault
+from hil.verdict.part import Part
 from model.geometry.winding import SPOOL_RADIUS
 
 CABLE, JOINT, GEAR, BOARD = FaultLayer.CABLE, FaultLayer.JOINT, FaultLayer.GEAR, FaultLayer.BOARD

@@ -17,11 +17,12 @@ from firmware_emulator.firmware.frames import FRAME, FRAME_SIZE, Opcode
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
 from hil.emulated.faults.assembly import Active
 from hil.emulated.faults.encoder import Encoder
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Severity, share
 from hil.emulated.faults.link_faults import LinkEffect
 from hil.emulated.faults.mechanics import JOINTS, another_unit, with_values
 from hil.emulated.faults.motor import Motor, on_shaft, weaker
 from hil.emulated.faults.servo import servo_of
+from hil.verdict.part import Part
 from model.built import winding
 from model.geometry.winding import SPOOL_RADIUS
 

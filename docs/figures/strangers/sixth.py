@@ -16,11 +16,12 @@ from firmware_emulator.firmware.frames import FRAME, FRAME_SIZE, Opcode
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
 from hil.emulated.faults.assembly import Active
 from hil.emulated.faults.encoder import Encoder
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Severity, share
 from hil.emulated.faults.link_faults import LinkEffect
 from hil.emulated.faults.mechanics import JOINTS, another_unit, with_values
 from hil.emulated.faults.motor import UNPOWERED, Motor, on_shaft
 from hil.emulated.faults.servo import servo_of
+from hil.verdict.part import Part
 from model.geometry.winding import SPOOL_RADIUS
 from model.softness import constraint
 

@@ -15,12 +15,13 @@ from firmware_emulator.servo.models import REGISTERS
 from hil.emulated.faults.assembly import Active
 from hil.emulated.faults.bus import SpoiledAnswers
 from hil.emulated.faults.encoder import Encoder
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Part, Severity, share
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Severity, share
 from hil.emulated.faults.link import LinkFault
 from hil.emulated.faults.link_faults import LinkEffect
 from hil.emulated.faults.mechanics import JOINTS, with_values
 from hil.emulated.faults.motor import on_shaft
 from hil.emulated.faults.servo import COOL_C, servo_of
+from hil.verdict.part import Part
 
 CABLE, JOINT, GEAR, BOARD = FaultLayer.CABLE, FaultLayer.JOINT, FaultLayer.GEAR, FaultLayer.BOARD
 ENCODER, SUPPLY, BUS, SERVO = FaultLayer.ENCODER, FaultLayer.SUPPLY, FaultLayer.BUS, FaultLayer.SERVO

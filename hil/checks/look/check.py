@@ -13,7 +13,8 @@ from hil.dialogue.asker import Choice, Option
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
-from hil.targets.target import LookEndedError, MissingCapabilityError, Onlooker, Target
+from hil.targets.hand_errors import LookEndedError, MissingCapabilityError
+from hil.targets.target import Onlooker, Target
 
 YES, NO, AGAIN, NONE = "yes", "no", "again", "none"
 MOTIONS = {

@@ -11,6 +11,6 @@ if _line := hidden():
 
 from hil.emulated.faults.catalogue import CATALOGUE, parse_fault
 from hil.emulated.faults.fault import Fault, Injection
-from hil.emulated.faults.schedule import FaultNeverFiredError, Schedule
+from hil.emulated.faults.schedule import Schedule
 
-__all__ = ["CATALOGUE", "Fault", "FaultNeverFiredError", "Injection", "Schedule", "parse_fault"]
+__all__ = ["CATALOGUE", "Fault", "Injection", "Schedule", "parse_fault"]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from hil.emulated.faults.catalogue import channel_named, named, parse_fault
-from hil.emulated.faults.fault import Part
 from hil.emulated.faults.workbench import Workbench
+from hil.verdict.part import Part
 
 PARTS = {part.name.lower(): part for part in Part}
 READS: dict[str, Callable[[str], object]] = {

@@ -12,7 +12,8 @@ from firmware_emulator.firmware.opcodes import centre
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.kernel import Task
 from hil.emulated.faults.assembly import Active, HandAssembly
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Severity
+from hil.verdict.part import Part
 
 BOARD = FaultLayer.BOARD
 RUNS = "board_runs_"

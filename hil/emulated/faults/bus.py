@@ -9,7 +9,8 @@ from firmware_emulator.packets import HEADER, Instruction, pack
 from firmware_emulator.servo.memory import decode_signed, encode_signed
 from firmware_emulator.servo.models import REGISTERS
 from hil.emulated.faults.assembly import Active, HandAssembly
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity, share
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Severity, share
+from hil.verdict.part import Part
 
 BUS = FaultLayer.BUS
 PERIOD_S = 0.1

@@ -11,9 +11,10 @@ from random import Random
 from aero.floats import Floats
 from firmware_emulator.plant import Drive, Plant
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Part, Severity
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Severity
 from hil.emulated.faults.motor import on_shaft
 from hil.emulated.faults.shaft_fault import ShaftFault
+from hil.verdict.part import Part
 
 ENCODER = FaultLayer.ENCODER
 ReadingChange = Callable[[float, float], float]

@@ -9,29 +9,13 @@ from enum import Enum, IntEnum
 
 from aero.channels import Channel
 from hil.emulated.faults.assembly import Active, HandAssembly
+from hil.verdict.part import Part
 
 Inject = Callable[[HandAssembly, "Injection"], Active]
 """Injects a fault into a hand at the fault's stage; raises ValueError if the hand cannot have the fault."""
 ALL = tuple(Channel)
 STEPS = ("mild", "medium", "severe")
 """Names of the three severities."""
-
-
-class Part(Enum):
-    """Component at fault: one channel's for SERVO and DIGIT, the whole hand's otherwise."""
-
-    COMPUTER = "this computer and its program"
-    DRIVER = "the driver or its actuation map"
-    USB = "USB cable and hub"
-    BOARD = "board and its firmware"
-    SUPPLY = "power supply and its wires"
-    BUS = "plugs of the servo bus"
-    SERVO = "servo"
-    """Motor, gear, encoder, current sensor, and the settings in its registers."""
-    DIGIT = "digit"
-    """Cable, spring, joint, end stop, and objects in contact with the digit."""
-    SETUP = "set-up"
-    """Homing, the declared firmware or side, a held object, a glove, neighbours in contact."""
 
 
 class AssemblyStage(IntEnum):

@@ -12,9 +12,10 @@ from firmware_emulator.native.program_board import ProgramBoard
 from firmware_emulator.plant import Plant
 from hil.emulated.faults.assembly import HandAssembly
 from hil.emulated.faults.fault import AssemblyStage, FaultLayer, Injection
-from hil.emulated.faults.link_faults import Direction, LinkFaults
+from hil.emulated.faults.link_faults import LinkFaults
 from hil.emulated.faults.schedule import Schedule
 from hil.emulated.faults.workbench import Workbench
+from hil.targets.wire_log import Direction
 from model import BuiltHandPlant
 from model.units import Unit
 

@@ -7,8 +7,10 @@ from typing import Protocol
 
 from firmware_emulator.bus import BITS
 from hil.emulated.faults.assembly import Active
-from hil.emulated.faults.fault import Fault, FaultLayer, Injection, Part, Severity, share
-from hil.emulated.faults.link_faults import Direction, LinkEffect, LinkFaults, Pieces
+from hil.emulated.faults.fault import Fault, FaultLayer, Injection, Severity, share
+from hil.emulated.faults.link_faults import LinkEffect, LinkFaults, Pieces
+from hil.targets.wire_log import Direction
+from hil.verdict.part import Part
 
 Act = Callable[[bytes, float, Random, float], Pieces]
 """Maps a piece, a severity, random numbers and a time, s, to the pieces to be sent."""

@@ -6,9 +6,9 @@ A board writes a reply as one piece of 16 bytes, a driver a command as one piece
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from typing import Literal
 
-Direction = Literal["to_hand", "from_hand"]
+from hil.targets.wire_log import Direction
+
 Pieces = list[tuple[float, bytes]]
 """Pairs of delay, s, and bytes."""
 Passage = Callable[[bytes, float], Pieces]

@@ -8,7 +8,8 @@ from typing import Any
 from aero.channels import CABLES, FINGERS, Channel, Joint
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
 from hil.emulated.faults.assembly import Active, HandAssembly
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity, share
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Severity, share
+from hil.verdict.part import Part
 from model.units import Unit
 
 UnitChange = Callable[[Unit, Injection], Unit]

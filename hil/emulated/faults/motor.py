@@ -6,8 +6,9 @@ from dataclasses import replace
 from aero.floats import Floats
 from firmware_emulator.plant import Drive, Plant
 from hil.emulated.faults.assembly import HandAssembly
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity, share
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Severity, share
 from hil.emulated.faults.shaft_fault import ShaftFault
+from hil.verdict.part import Part
 from model.units import Unit
 
 MOTOR = FaultLayer.MOTOR

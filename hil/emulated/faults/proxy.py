@@ -17,8 +17,9 @@ from aero.clock import Clock, WallClock
 from aero.transport import Transport
 from aero_hil_terminal import Terminal
 from hil.emulated.faults.link import LinkFault
-from hil.emulated.faults.link_faults import Direction, LinkFaults
+from hil.emulated.faults.link_faults import LinkFaults
 from hil.emulated.faults.schedule import Schedule
+from hil.targets.wire_log import Direction
 
 _LOG = logging.getLogger(__name__)
 IDLE_S = 0.05

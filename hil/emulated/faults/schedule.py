@@ -3,20 +3,8 @@
 from collections.abc import Hashable, Iterable
 from random import Random
 
-from aero.exit_code import Exit
 from hil.emulated.faults.fault import Injection
-
-
-class FaultNeverFiredError(Exception):
-    """A requested fault had no effect: the run ended before its start time, or no bytes reached it."""
-
-    exit_code = Exit.USAGE
-
-    def __init__(self, faults: Iterable[object]) -> None:
-        super().__init__(
-            f"never fired: {', '.join(map(str, faults))}; let the run go on past the time at which it begins, "
-            "and send or read what it acts on"
-        )
+from hil.targets.hand_errors import FaultNeverFiredError
 
 
 def refuse_rivals(faults: Iterable[Injection]) -> None:

@@ -8,8 +8,9 @@ from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.servo.models import REGISTERS
 from firmware_emulator.servo.servo import Servo
 from hil.emulated.faults.assembly import Active, HandAssembly
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Part, Severity
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Inject, Injection, Severity
 from hil.emulated.faults.winding import NEIGHBOUR
+from hil.verdict.part import Part
 
 SERVO = FaultLayer.SERVO
 THUMB_ID_NEIGHBOUR = {

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 from firmware_emulator.plant import Drive
 from hil.emulated.faults.assembly import HandAssembly
-from hil.emulated.faults.fault import Fault, FaultLayer, Inject, Injection, Part, Severity
+from hil.emulated.faults.fault import Fault, FaultLayer, Inject, Injection, Severity
 from hil.emulated.faults.mechanics import another_unit
 from hil.emulated.faults.motor import on_shaft, weaker
 from hil.emulated.faults.shaft_fault import ShaftFault
+from hil.verdict.part import Part
 from model.units import Unit
 
 SUPPLY = FaultLayer.SUPPLY

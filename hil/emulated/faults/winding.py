@@ -5,9 +5,10 @@ from dataclasses import replace
 from aero.channels import FINGERS, Channel
 from aero.floats import Floats
 from firmware_emulator.plant import Drive, Plant
-from hil.emulated.faults.fault import ALL, Fault, FaultLayer, Part
+from hil.emulated.faults.fault import ALL, Fault, FaultLayer
 from hil.emulated.faults.motor import on_shaft
 from hil.emulated.faults.shaft_fault import ShaftFault
+from hil.verdict.part import Part
 
 WINDING = FaultLayer.WINDING
 NEIGHBOUR = {

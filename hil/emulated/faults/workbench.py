@@ -13,12 +13,13 @@ from firmware_emulator.firmware.homing import home
 from firmware_emulator.hand import EmulatedHand
 from hil.emulated.faults.assembly import Active, HandAssembly
 from hil.emulated.faults.by_hand import TOUCH_S, bend, turn, unloaded
-from hil.emulated.faults.fault import AssemblyStage, FaultLayer, Injection, Part
+from hil.emulated.faults.fault import AssemblyStage, FaultLayer, Injection
 from hil.emulated.faults.host import refuse_at_a_port
 from hil.emulated.faults.inspection import cables_of, felt_of_digit, in_words, odd_on_bus, seen_of_cable
 from hil.emulated.faults.mechanics import JOINTS, with_values
 from hil.emulated.faults.schedule import Schedule, refuse_rivals
 from hil.emulated.faults.servo import servo_of
+from hil.verdict.part import Part
 from model import BuiltHandPlant
 from model.units import Unit
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from hil.emulated.faults import parse_fault
-from hil.emulated.faults.schedule import FaultNeverFiredError
+from hil.targets.hand_errors import FaultNeverFiredError
 from hil.targets.hand_spec import HandSpec
 from hil.targets.opening import open_target
 from hil.targets.target import Target

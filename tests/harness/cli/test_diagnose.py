@@ -18,7 +18,8 @@ from hil.verdict import validation
 from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
 from hil.verdict.failures import Failures
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.steps import StepOutcome, steps
 from hil.verdict.validation import validate
 

@@ -17,8 +17,8 @@ from aero.safety import LinkLostError, SafetyStopError
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.cli import report, validation_run
 from hil.cli.exits import Ended
-from hil.emulated.faults import FaultNeverFiredError
 from hil.recordings.errors import CannotBeWrittenError
+from hil.targets.hand_errors import FaultNeverFiredError
 from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd, aborted, ended_at_closing
 

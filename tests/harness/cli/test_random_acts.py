@@ -15,9 +15,9 @@ from firmware_emulator.links import pty
 from hil.emulated.emulated_hand import build_emulated
 from hil.emulated.faults import CATALOGUE
 from hil.emulated.faults.acts import ACTS
-from hil.emulated.faults.fault import Part
 from hil.emulated.hands_on import COMMAND, HandsOn
 from hil.targets.hand_spec import HandSpec
+from hil.verdict.part import Part
 from model.units import load_unit
 
 NUMBERS = ("0", "40", "100", "-5", "nan", "inf", "1e300", "1e-300", "mild", "severe", "fast", "")

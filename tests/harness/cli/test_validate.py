@@ -19,7 +19,8 @@ from hil.recordings.mcap_file import read_recording
 from hil.verdict import judge
 from hil.verdict.case_file import read_case
 from hil.verdict.limits import load_limits
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from model import RoutedHand
 
 CHANNEL_KEYS = {

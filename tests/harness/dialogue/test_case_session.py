@@ -17,12 +17,13 @@ from hil.dialogue.case_session import CONNECTED, COOLS_S, RUNS, CaseSession
 from hil.emulated.emulated_case import ACTS, EmulatedCaseHand
 from hil.emulated.faults import parse_fault
 from hil.emulated.standing_hand import StandingHand
+from hil.targets.hand_errors import NoHandError
 from hil.targets.hand_spec import HandSpec
-from hil.targets.target import NoHandError
 from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
 from hil.verdict.failures import Failures
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.run_end import EndKind, RunEnd
 from hil.verdict.steps import StepOutcome, steps
 from hil.verdict.validation import validate

@@ -15,9 +15,10 @@ from aero.policy.shipped import find_policy, shipped_policies
 from aero.safety import SafetyStopError, Thresholds
 from firmware_emulator.firmware.profiles import PROFILES
 from hil import GroundTruth
-from hil.emulated.faults import FaultNeverFiredError, parse_fault
+from hil.emulated.faults import parse_fault
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder
+from hil.targets.hand_errors import FaultNeverFiredError
 from hil.targets.opening import open_target
 from model.routed import COMMAND_RANGE
 from model.units import shipped_units

@@ -19,7 +19,8 @@ from hil.report.page import render_report
 from hil.verdict.diagnosis import NOTHING, Diagnosis, NextStep
 from hil.verdict.findings import Finding, NotJudgedReason, Withheld
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 
 GOOD = Finding(

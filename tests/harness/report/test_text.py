@@ -14,7 +14,8 @@ from hil.report.page import verdict_of
 from hil.report.text import result_line, run_text
 from hil.verdict.diagnosis import Diagnosis, NextStep
 from hil.verdict.findings import failed
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.run_end import EndKind, RunEnd
 
 

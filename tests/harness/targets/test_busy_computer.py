@@ -6,8 +6,8 @@ import pytest
 
 from aero.errors import LinkTimeoutError
 from hil.targets.delays import NOTEWORTHY_S, DelayLog, Loop, held_up
+from hil.targets.hand_errors import NoHandError
 from hil.targets.opening import first_reading
-from hil.targets.target import NoHandError
 from hil.view.feed import GIVE_WAY_S, Feed
 
 

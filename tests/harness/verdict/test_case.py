@@ -11,7 +11,8 @@ from aero.safety import SafetyReason
 from hil.verdict.case import CaseState, DiagnosisCase, Proposal, experiments_that_failed, outcome_of
 from hil.verdict.case_words import conclusion
 from hil.verdict.failures import RUN, Failures
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.steps import OF_ONE, StepOutcome, candidates, modes, neighbour, steps
 
 SERVO, DIGIT, SETUP = Suspect(Part.SERVO, Channel.RING), Suspect(Part.DIGIT, Channel.RING), Suspect(Part.SETUP)

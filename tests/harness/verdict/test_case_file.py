@@ -14,7 +14,8 @@ from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.case_file import CASE, HandOfCase, StoredCase, case_of, read_case, table_of, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.failures import Failures
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.steps import StepOutcome, steps
 
 HAND = HandOfCase("0.1.5", "left", "bench-left", "A1")

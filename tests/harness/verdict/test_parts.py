@@ -1,5 +1,6 @@
 from aero.channels import Channel
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 
 
 def test_a_suspect_is_named_with_its_channel() -> None:

@@ -5,7 +5,8 @@ from owner import is_right, play, sees
 
 from aero.channels import Channel
 from hil.emulated.faults import parse_fault
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import pytest
 
 from aero.errors import LinkTimeoutError
 from aero.safety import SafetyStopError
-from hil.emulated.faults import FaultNeverFiredError
+from hil.targets.hand_errors import FaultNeverFiredError
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd, aborted, ended_at_closing
 
 

@@ -14,7 +14,8 @@ from hil.checks.shared.declaration import EvidenceKind
 from hil.verdict.failures import EVIDENCE, Failures
 from hil.verdict.judge import Judge
 from hil.verdict.limits import load_limits
-from hil.verdict.parts import Part, Suspect
+from hil.verdict.part import Part
+from hil.verdict.parts import Suspect
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 from hil.verdict.suspects import RunSigns, isolate
 

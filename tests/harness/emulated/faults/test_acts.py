@@ -11,9 +11,9 @@ from hil import GroundTruth, open_target
 from hil.emulated.faults import CATALOGUE, parse_fault
 from hil.emulated.faults.acts import ACTS
 from hil.emulated.faults.bench import HandBench, next_act
-from hil.emulated.faults.fault import Part
 from hil.emulated.faults.workbench import Workbench
 from hil.recordings.recorder import Recorder
+from hil.verdict.part import Part
 
 RING, PINKY = Channel.RING, Channel.PINKY
 HOMES_S = 60.0

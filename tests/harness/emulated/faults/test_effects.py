@@ -16,8 +16,8 @@ from aero.errors import AeroError
 from aero.firmware import FIRMWARE
 from hil import GroundTruth, open_target
 from hil.emulated.faults import CATALOGUE
-from hil.emulated.faults.fault import Part
 from hil.emulated.faults.mechanics import JOINTS
+from hil.verdict.part import Part
 from model.units import load_unit
 from train.identification.unit_file import unit_toml
 

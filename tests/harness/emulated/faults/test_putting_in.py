@@ -9,8 +9,9 @@ import pytest
 
 from aero.errors import AeroError
 from hil import GroundTruth, open_target
-from hil.emulated.faults import FaultNeverFiredError, parse_fault
+from hil.emulated.faults import parse_fault
 from hil.recordings.recorder import Recorder
+from hil.targets.hand_errors import FaultNeverFiredError
 
 
 def session(*texts, seconds=2.4, **options):
