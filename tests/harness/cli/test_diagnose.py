@@ -11,9 +11,7 @@ from aero.exit_code import Exit
 from hil import open_target
 from hil.cli import diagnose, main
 from hil.dialogue.case_session import CaseSession
-from hil.emulated.faults import parse_fault
 from hil.recordings.errors import NotOneHandError, UnusableFileError
-from hil.report.results import write_results
 from hil.verdict import validation
 from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
@@ -21,7 +19,6 @@ from hil.verdict.failures import Failures
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 from hil.verdict.steps import StepOutcome, steps
-from hil.verdict.validation import validate
 
 RING = frozenset({Suspect(Part.SERVO, Channel.RING), Suspect(Part.DIGIT, Channel.RING)})
 EMPTIED = Done(Proposal(steps()["home"]), StepOutcome.STAYS)
@@ -140,8 +137,7 @@ def test_a_serial_number_decides_over_a_name():
 
 
 def test_a_case_that_another_program_edits_at_a_prompt_is_not_overwritten(tmp_path):
-    with open_target(seed=1, faults=[parse_fault("motor_dead:ring")]) as target:
-        write_results(validate(target, ["staircase"], folder=tmp_path), tmp_path)
+    case_in(tmp_path)
     session = CaseSession(read_case(tmp_path), tmp_path, None, None)
     edited = (tmp_path / "case.json").read_text().replace('"answers": {}', '"answers": {"asked": "yes"}')
     (tmp_path / "case.json").write_text(edited)

@@ -13,7 +13,7 @@ from hil import open_target
 from hil.cli import main
 from hil.dialogue import case_session
 from hil.dialogue.asker import Choice
-from hil.dialogue.case_session import CONNECTED, COOLS_S, RUNS, CaseSession
+from hil.dialogue.case_session import CONNECTED, RUNS, CaseSession
 from hil.emulated.emulated_case import ACTS, EmulatedCaseHand
 from hil.emulated.faults import parse_fault
 from hil.emulated.standing_hand import StandingHand
@@ -142,13 +142,16 @@ def test_a_hand_that_no_step_lets_answer_still_fails(tmp_path):
 
 def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path, monkeypatch):
     """A servo that earlier runs had heated up stopped each run after a step, and the good digit was convicted."""
+    with open_target(homed=True) as target:
+        good = validate(target, ("presence",))
     hot = RunEnd(EndKind.STOPPED, "presence", "hot", SafetyStopError("hot", SafetyReason.TEMPERATURE, Channel.RING))
     runs = []
 
     def stopped(target, case, proposal, **_more):
         runs.append(target.clock.now())
-        return StepOutcome.STAYS, replace(validate(target, ("presence",)), end=hot)
+        return StepOutcome.STAYS, replace(good, end=hot)
 
+    monkeypatch.setattr(case_session, "COOLS_S", 20.0)
     monkeypatch.setattr(case_session, "rerun", stopped)
     write_case(tmp_path, SETUP)
     with open_target(homed=True) as target:
@@ -156,7 +159,7 @@ def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path,
         session.go_through()
     assert {done.outcome for done in session.case.done if done.proposal.step.runs} == {StepOutcome.SKIPPED}
     assert len(runs) == RUNS * len(asker.announced)
-    assert runs[1] - runs[0] > COOLS_S
+    assert runs[1] - runs[0] >= 20.0
 
 
 def test_a_board_that_has_just_booted_is_asked_over_a_new_link(tmp_path):
