@@ -27,6 +27,8 @@ COMPARED = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!="
             ast.IsNot: "is", ast.In: "not in", ast.NotIn: "in"}  # fmt: skip
 COMPUTED = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Mod: "*"}
 KINDS = ("comparison", "arithmetic", "sign", "constant", "condition", "both or either", "arguments", "line")
+FAILING: set[str] = set()
+"""Tests that were found to fail in the copy without a change, and judge nothing."""
 
 
 class Mutant(NamedTuple):
@@ -161,20 +163,27 @@ def judge(mutant: Mutant, copy: Path, most: int, seconds: float) -> str:
         return "survived: no test imports it"
     source = (ROOT / mutant.path).read_bytes()
     changed = copy / mutant.path
-    changed.write_bytes(source[: mutant.start] + mutant.new.encode() + source[mutant.end :])
     try:
-        done = _run(tests, copy, seconds)
+        for _ in range(3):
+            changed.write_bytes(source[: mutant.start] + mutant.new.encode() + source[mutant.end :])
+            done = _run(tests, copy, seconds)
+            changed.write_bytes(source)
+            if done.returncode == 0:
+                return f"survived {len(tests)} test files"
+            killer = _first_failed(done.stdout) or tests[0]
+            if not _run([killer], copy, seconds).returncode:
+                return f"killed by {killer}"
+            FAILING.add(killer)
     except subprocess.TimeoutExpired:
         return f"not known: {len(tests)} test files did not end in {seconds:.0f} s"
     finally:
         changed.write_bytes(source)
-    if done.returncode == 0:
-        return f"survived {len(tests)} test files"
-    failed = [line.partition(" ")[2] for line in done.stdout.splitlines() if line.startswith(("FAILED ", "ERROR "))]
-    killer = failed[0].partition(" - ")[0] if failed else tests[0]
-    if _run([killer], copy, seconds).returncode:
-        return f"not known: {killer} fails without the change"
-    return f"killed by {killer}"
+    return f"not known: {killer} fails without the change"
+
+
+def _first_failed(said: str) -> str:
+    failed = [line.partition(" ")[2] for line in said.splitlines() if line.startswith(("FAILED ", "ERROR "))]
+    return failed[0].partition(" - ")[0] if failed else ""
 
 
 def _run(tests: list[str], copy: Path, seconds: float) -> subprocess.CompletedProcess[str]:
