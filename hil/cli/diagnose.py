@@ -18,6 +18,7 @@ from hil.dialogue.terminal import console
 from hil.dialogue.terminal_asker import TerminalAsker
 from hil.emulated.emulated_case import EmulatedCaseHand, emulated_hand
 from hil.emulated.standing_hand import StandingHand
+from hil.report.run_folder import CASE_PAGE
 from hil.targets.hand_spec import PHYSICAL, HandSpec
 from hil.targets.hands_file import fields_of
 from hil.targets.opening import serial_number
@@ -66,7 +67,7 @@ def diagnose(*, folder: Path, port: str | None, view: bool, same_hand: bool) -> 
         if isinstance(error, KeyboardInterrupt):
             asker.tell("the case is interrupted; the same command resumes it at this step")
         raise
-    echo(folder / "case.html")
+    echo(folder / CASE_PAGE)
     sys.exit(Exit.WITHIN_LIMITS if session.case.mended else Exit.OUT_OF_LIMITS)
 
 

@@ -8,11 +8,13 @@ import click
 from aero.exit_code import Exit
 from aero.whole_file import write_whole
 from hil.cli.exits import Ended, judging, usage_errors
-from hil.cli.run_files import RUN, judgeable, recordings_in
+from hil.cli.output_files import EXPORT
+from hil.cli.run_files import RUN, judgeable
 from hil.dialogue.printing import echo
 from hil.recordings.mcap_file import read_recording
-from hil.recordings.output import json_text, prepared_file
+from hil.recordings.output import json_text
 from hil.report.openhtf import openhtf_record
+from hil.report.run_folder import recordings_in
 from hil.verdict.validation import judge_recordings
 
 
@@ -20,7 +22,7 @@ from hil.verdict.validation import judge_recordings
 @click.argument("source", metavar="RECORDING|RUN", type=RUN)
 @click.option(
     "--out",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=EXPORT,
     help="File to write; NAME.gif writes a film. Default: NAME-foxglove.mcap beside RECORDING, or RUN/openhtf.json.",
 )
 def export_command(*, source: Path, out: Path | None) -> None:
@@ -42,7 +44,7 @@ def _openhtf(folder: Path, path: Path) -> None:
     if not recordings:
         raise Ended(f"{folder} holds no recording of an experiment; name a run of `aero-hil validate`", Exit.USAGE)
     with usage_errors():
-        prepared_file(path)
+        EXPORT.prepared(path)
     with judging(folder):
         judged = judge_recordings(recordings)
     if judged.header is None:
@@ -62,9 +64,7 @@ def _foxglove(recording: Path, out: Path | None) -> None:
     path = recording.with_name(f"{recording.stem}-foxglove.mcap") if out is None else out
     film = path.suffix == ".gif"
     with usage_errors():
-        prepared_file(path)
-        if path.exists() and path.samefile(recording):
-            raise ValueError(f"{path} is the recording itself; give another file with --out")
+        EXPORT.prepared(path)
         if film:
             check_drawing("a film")
         made = read_recording(recording)

@@ -13,19 +13,19 @@ from aero.exit_code import Exit
 from aero.printable import printable
 from aero.whole_file import write_whole
 from hil.cli.exits import Ended, usage_errors
+from hil.cli.output_files import PAGE
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal import console as new_console
 from hil.history.drift import FIRST, Track, drifts_of, tracks_of
 from hil.history.runs import names_in, of_hand, runs_in
 from hil.history.timeline import render_history
-from hil.recordings.output import prepared_file
 
 
 @click.command()
 @click.argument("hand")
 @click.argument("folders", type=click.Path(exists=True, file_okay=False, path_type=Path), nargs=-1)
 @click.option(
-    "--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("history.html"), show_default=True,
+    "--out", type=PAGE, default=Path("history.html"), show_default=True,
     help="Page to write.",
 )  # fmt: skip
 def history(*, hand: str, folders: tuple[Path, ...], out: Path) -> None:
@@ -46,7 +46,7 @@ def history(*, hand: str, folders: tuple[Path, ...], out: Path) -> None:
     tracks = tracks_of(mine)
     drifts = drifts_of(tracks)
     with usage_errors():
-        prepared_file(out)
+        PAGE.prepared(out)
     write_whole(out, render_history(hand, mine, tracks, drifts))
     new_console().print(_table(tracks))
     for drift in drifts:

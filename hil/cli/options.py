@@ -18,8 +18,8 @@ from aero.exit_code import Exit
 from aero.firmware import DEFAULT_FIRMWARE, FIRMWARE
 from aero.side import Side
 from hil.cli.exits import Ended, usage_errors
+from hil.cli.output_files import RECORDED
 from hil.dialogue.printing import echo
-from hil.recordings.output import prepared_file
 from hil.targets.hand_spec import HandSpec
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def _unwound(opening: AbstractContextManager[Target]) -> Iterator[Target]:
 
 RECORDING = click.Path(exists=True, dir_okay=False, path_type=Path)
 RECORD = click.option(
-    "--record", type=click.Path(dir_okay=False, path_type=Path),
+    "--record", type=RECORDED,
     help="Write the bytes of the program that uses the port to this MCAP file, for `aero-hil report`.",
 )  # fmt: skip
 """Option of the commands that serve a port."""
@@ -71,8 +71,6 @@ def link_recorded(path: Path | None, **about: Any) -> Iterator[WireFile | None]:
     # imported here, because a link without a recording does not need this extra
     from hil.recordings.wire_file import WireFile  # noqa: PLC0415
 
-    with usage_errors():
-        prepared_file(path)
     with closing(WireFile(path, WallClock(), on_failure=_recording_ended, **about)) as file:
         yield file
     if file.failure is not None:
@@ -104,19 +102,6 @@ class Finite(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{value} is not a finite number", param, ctx)
         return number
-
-
-class NewFolder(click.Path):
-    """Output folder, existing or not; an empty name is an error instead of the current folder."""
-
-    def __init__(self) -> None:
-        super().__init__(file_okay=False, path_type=Path)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the path, or fail with the expected form."""
-        if not str(value):
-            self.fail("the name is empty; give a folder", param, ctx)
-        return super().convert(value, param, ctx)
 
 
 class HostAndPort(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on

@@ -17,9 +17,9 @@ from aero.firmware import FIRMWARE
 from aero.protocol import FRAME_SIZE, Opcode, parse_reply, unsigned_values
 from hil.cli.exits import usage_errors
 from hil.cli.options import RECORDING, TARGET, open_hand
+from hil.cli.output_files import RECORDED
 from hil.dialogue.printing import echo
 from hil.recordings.mcap_file import read_recording, write_recording
-from hil.recordings.output import prepared_file
 from hil.recordings.provenance import source_commit, versions
 from hil.recordings.recording import Header, Recording
 from hil.targets.hand_spec import PHYSICAL, HandSpec
@@ -130,14 +130,14 @@ def _read_until(target: Target, t: float) -> None:
 @TARGET
 @click.option("--firmware", type=click.Choice(FIRMWARE), help="Version; the recorded one if not given.")
 @click.option("--unit", help="Unit of an emulated hand; the recorded one if not given.")
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the new recording here.")
+@click.option("--out", type=RECORDED, help="Write the new recording here.")
 def replay(*, recording: Path, target_name: str, firmware: str | None, unit: str | None, out: Path | None) -> None:
     """Send the bytes of RECORDING to a hand again and compare the answers."""
     with usage_errors():
         recorded = read_recording(recording)
         header = recorded.header
         if out is not None:
-            prepared_file(out)
+            RECORDED.prepared(out)
         said = fields_of(target_name)  # a name in hands.toml overrides the recording
         spec = HandSpec.named(
             target_name,

@@ -12,14 +12,15 @@ from aero.whole_file import write_whole
 from hil.cli.doctor import examine
 from hil.cli.exits import Ended, judging, usage_errors
 from hil.cli.options import RECORDING
-from hil.cli.run_files import JUDGED_NAMES, RUN, files_of, judgeable
+from hil.cli.output_files import BUNDLE, PAGE
+from hil.cli.run_files import RUN, files_of, judgeable
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal import console as new_console
-from hil.recordings.output import prepared_file
 from hil.recordings.recording import Recording
 from hil.report.beside_run import beside_text
 from hil.report.bundle import write_bundle
 from hil.report.page import BYTES_ALONE, render_report
+from hil.report.run_folder import JUDGED_NAMES
 from hil.report.text import failing_lines
 from hil.verdict.run_end import EndKind
 from hil.verdict.validation import judge_recordings, require_one_run
@@ -27,13 +28,13 @@ from hil.verdict.validation import judge_recordings, require_one_run
 
 @click.command()
 @click.argument("runs", metavar="RUN...", type=RUN, nargs=-1, required=True)
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("report.html"), show_default=True)
+@click.option("--out", type=PAGE, default=Path("report.html"), show_default=True, help="Page to write.")
 @click.option(
     "--beside", "others", type=RECORDING, multiple=True,
     help="Recording of another run, compared but not judged; repeatable.",
 )  # fmt: skip
 @click.option(
-    "--bundle", type=click.Path(dir_okay=False, path_type=Path),
+    "--bundle", type=BUNDLE,
     help="Zip file for a bug report: RUN, a folder, without names of user, home folder and computer.",
 )  # fmt: skip
 def report(*, runs: tuple[Path, ...], out: Path, others: tuple[Path, ...], bundle: Path | None) -> None:
@@ -46,6 +47,8 @@ def report(*, runs: tuple[Path, ...], out: Path, others: tuple[Path, ...], bundl
     A truncated recording is shown without a verdict; the exit code is then 2, unless another check is out of limits.
     """
     if bundle is not None:
+        with usage_errors():
+            BUNDLE.prepared(bundle)
         _pack(runs, bundle)
     with files_of(runs) as paths:
         made = {path: judgeable(path) for path in paths}
@@ -58,7 +61,7 @@ def report(*, runs: tuple[Path, ...], out: Path, others: tuple[Path, ...], bundl
         raise Ended("no experiment began; there is nothing to report on", Exit.USAGE)
     page = render_report(judged, _links(made, out))
     with usage_errors():
-        prepared_file(out)
+        PAGE.prepared(out)
     write_whole(out, page)
     if not judged.results and not judged.end.cut:
         echo(BYTES_ALONE)
@@ -80,8 +83,6 @@ def _pack(runs: Sequence[Path], bundle: Path) -> None:
     """Write the bundle of one run's folder and print its size."""
     if len(runs) != 1 or not runs[0].is_dir():
         raise Ended("--bundle packs the folder of one run; name that", Exit.USAGE)
-    with usage_errors():
-        prepared_file(bundle)
     for line in write_bundle(runs[0], JUDGED_NAMES, bundle, [found.as_dict() for found in examine()]):
         echo(f"left out: {line}", err=True)
     echo(f"{bundle}: {bundle.stat().st_size / 1e3:.0f} kB")

@@ -7,14 +7,13 @@ from pathlib import Path
 import click
 
 from aero.exit_code import Exit
-from hil.checks import EXPERIMENTS, WHOLE_RUN
 from hil.cli.exits import Ended, usage_errors
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Recording
 from hil.report.bundle import unpacked
+from hil.report.run_folder import JUDGED_NAMES, recordings_in
 
 RUN = click.Path(exists=True, path_type=Path)
-JUDGED_NAMES = (*EXPERIMENTS, WHOLE_RUN.name)
 NOT_JUDGED = {
     "excitation": "was made by `aero-hil record` and is not judged; `aero-hil calibrate` reads it",
     "policy": "was made by `aero-hil run-policy` and is not judged; `aero-hil view` and `aero-hil export` read it",
@@ -42,11 +41,6 @@ def files_of(runs: Sequence[Path]) -> Iterator[list[Path]]:
                 raise Ended(f"{run} holds no recording of an experiment; name a run of `aero-hil validate`", Exit.USAGE)
             found += inside
         yield found
-
-
-def recordings_in(folder: Path) -> list[Path]:
-    """Return the recordings of a run's folder, without exports and other files."""
-    return [path for name in JUDGED_NAMES if (path := folder / f"{name}.mcap").is_file()]
 
 
 def judgeable(path: Path) -> Recording:

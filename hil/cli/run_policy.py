@@ -19,12 +19,12 @@ from aero.policy.task import furthest_codes
 from aero.protocol import MAX_CODE
 from hil.cli.exits import usage_errors
 from hil.cli.options import LONGEST_S, SECONDS, VIEW, Finite, open_hand, target
+from hil.cli.output_files import RECORDED
 from hil.dialogue.before_moving import before_moving
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal import ProgressBar
 from hil.dialogue.terminal import console as new_console
 from hil.dialogue.viewing import telling, viewing
-from hil.recordings.output import prepared_file
 from hil.recordings.policy_run import PolicyRun, record_policy
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.hand_spec import HandSpec
@@ -58,7 +58,7 @@ CODES = {
 )  # fmt: skip
 @click.option("--empty", is_flag=True, help="Run an emulated hand without a cube.")
 @VIEW
-@click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Record the run to this MCAP file.")
+@click.option("--record", type=RECORDED, help="Record the run to this MCAP file.")
 def run_policy(
     *,
     policy_name: str,
@@ -90,7 +90,7 @@ def run_policy(
         correction = tuple(named_correction(whose, policy.settings).tolist())
         settings = RunSettings(seconds=seconds, wait_s=wait, dry=dry_run, correction=correction)
         if record is not None:
-            prepared_file(record)
+            RECORDED.prepared(record)
     console.print(_correction_line(whose, settings.correction))
     if spec.target == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")

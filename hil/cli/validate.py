@@ -5,7 +5,8 @@ from typing import Any
 
 import click
 
-from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, VIEW, NewFolder, target
+from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, VIEW, target
+from hil.cli.output_files import FOLDER
 from hil.targets.hand_spec import HandSpec
 
 
@@ -44,7 +45,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
 @VIEW
 @click.option("--dry-run", is_flag=True, help="Read currents and temperatures, print the planned motion, and stop.")
 @click.option(
-    "--out", type=NewFolder(),
+    "--out", type=FOLDER,
     help="Folder of report, metrics and recordings; default: validation/DATE-AND-TIME.",
 )  # fmt: skip
 def validate(*, spec: HandSpec, baseline: Path | None, zeros: str, **options: Any) -> None:

@@ -14,6 +14,7 @@ from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.shared.experiment import Experiment
 from hil.cli.exits import Ended, ending, usage_errors
 from hil.cli.options import open_hand
+from hil.cli.output_files import FOLDER
 from hil.dialogue.asker import Choice, Option
 from hil.dialogue.before_moving import motion, readings
 from hil.dialogue.page_asker import PageAsker, asking
@@ -23,8 +24,9 @@ from hil.dialogue.terminal import console as new_console
 from hil.dialogue.terminal_asker import TerminalAsker
 from hil.dialogue.viewing import telling
 from hil.emulated.faults import parse_fault
-from hil.recordings.output import claimed, emptied, prepared_folder, run_folder
+from hil.recordings.output import claimed, emptied, run_folder
 from hil.report.results import write_figures, write_results
+from hil.report.run_folder import clear_run, require_no_steps
 from hil.report.text import result_line, run_text
 from hil.targets.hand_errors import FaultNeverFiredError
 from hil.targets.hand_spec import HandSpec
@@ -89,7 +91,7 @@ def run(
         injected = [parse_fault(text) for text in faults]
         # a hand that does not answer gets a case as well
         opening = open_hand(spec, homed=homed, faults=injected, may_be_silent=not dry_run)
-        folder = None if dry_run else prepared_folder(out) if out is not None else run_folder(Path("validation"))
+        folder = None if dry_run else _prepared(out, baseline)
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced")
     result: Validation | None = None
@@ -112,6 +114,7 @@ def run(
                     return
                 if view and opened.guard is not None and sys.stdin is not None and sys.stdin.isatty():
                     asker.ask(Choice("Keep clear: the hand is about to move.", (Option("start", True),)))
+                clear_run(folder)
                 along = RunProgress(bar, chosen, observer)
 
                 def kept(so_far: Validation) -> None:
@@ -139,6 +142,14 @@ def run(
             console.print(line)
         write_results(result, folder)
     _end(result, folder)
+
+
+def _prepared(out: Path | None, baseline: Path | None) -> Path:
+    """Return the folder of the run, write-tested; an earlier run there is replaced once the hand is open."""
+    if out is None:
+        return run_folder(Path("validation"))
+    require_no_steps(out)
+    return FOLDER.prepared(out, *(() if baseline is None else (baseline,)))
 
 
 def _show(result: Validation, observer: Observer) -> None:

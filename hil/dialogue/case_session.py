@@ -30,6 +30,7 @@ from hil.dialogue.before_moving import motion
 from hil.recordings.errors import UnusableFileError
 from hil.report.page import render_case
 from hil.report.results import write_results
+from hil.report.run_folder import CASE_PAGE, STEP, clear_run
 from hil.targets.hand_errors import NoHandError
 from hil.targets.hand_spec import HandSpec
 from hil.targets.target import Target
@@ -129,7 +130,7 @@ class CaseSession:
         self._store(self.stored)
         while (proposal := self.case.next_step) is not None:
             self._asker.show(self._shown(proposal))
-            outcome, note = self._taken(proposal, self._folder / f"step-{len(self.case.done) + 1}")
+            outcome, note = self._taken(proposal, self._folder / STEP.format(len(self.case.done) + 1))
             self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
         said = conclusion(self.case)
         if not self._hand.spec.in_software:
@@ -163,7 +164,7 @@ class CaseSession:
             )
         self.stored = stored
         write_case(self._folder, stored)
-        write_whole(self._folder / "case.html", render_case(stored.case))
+        write_whole(self._folder / CASE_PAGE, render_case(stored.case))
 
     def _answer(self, question: Question[Answer]) -> Answer:
         """Return a stored answer, or ask and store the answer."""
@@ -219,6 +220,7 @@ class CaseSession:
         try:
             with self._opened() as opened:
                 folder.mkdir(exist_ok=True)
+                clear_run(folder)
                 done = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
         except SafetyStopError as error:
             self._asker.tell(str(error))

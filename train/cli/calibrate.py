@@ -16,10 +16,9 @@ from aero.protocol import MAX_CODE
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
-from hil.cli.options import NewFolder
+from hil.cli.output_files import FOLDER, UNIT
 from hil.dialogue.terminal import ProgressBar, print_columns
 from hil.dialogue.terminal import console as new_console
-from hil.recordings.output import prepared_file, prepared_folder
 from hil.report.matplotlib_svg import STYLE, svg_of
 from model.units.plausible import unit_named
 from train.cli.score_tables import score_tables
@@ -40,10 +39,10 @@ OPEN = " *"
 
 @click.command("calibrate")
 @click.argument("recordings", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="Unit file to write.")
+@click.option("--out", required=True, type=UNIT, help="Unit file to write.")
 @click.option("--start", default="reference", show_default=True, help="Starting unit: name or .toml.")
 @click.option("--firmware", type=click.Choice(list(FIRMWARE)), help="Version; default: that of the recordings.")
-@click.option("--plots", type=NewFolder(), help="Folder of plots, predicted and recorded.")
+@click.option("--plots", type=FOLDER, help="Folder of plots, predicted and recorded.")
 @click.option("--jobs", type=click.IntRange(1, 1000), default=os.cpu_count() or 1, show_default=True, help="Processes.")
 def calibrate_command(
     *,
@@ -64,9 +63,10 @@ def calibrate_command(
     console = new_console()
     with usage_errors():
         unit = unit_named(start)
-        prepared_file(out)
+        UNIT.prepared(out)
+        unfinished = UNIT.prepared(out.with_name(f"{out.stem}.unfinished.toml"))
         if plots is not None:
-            prepared_folder(plots)
+            FOLDER.prepared(plots)
         traces = [load_trace(path) for path in recordings]
     with unwinding(), ProgressBar() as bar:
         task = bar.add_task("fitting", total=None)
@@ -85,7 +85,7 @@ def calibrate_command(
     if stopped is not None:
         # An earlier complete fit may exist at `out`; do not overwrite it.
         fitted_to = f"UNFINISHED, stopped before its end: {fitted_to}"
-        out = out.with_name(f"{out.stem}.unfinished.toml")
+        out = unfinished
     found = replace(result.unit, unfinished=stopped is not None)
     write_whole(out, unit_toml(found, fitted_to, result.intervals, result.told))
     _print(console, result)

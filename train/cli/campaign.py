@@ -18,10 +18,11 @@ from aero.whole_file import write_whole
 from hil.checks import EXPERIMENTS
 from hil.cli.exits import usage_errors
 from hil.cli.options import SEED
+from hil.cli.output_files import FOLDER
 from hil.dialogue.terminal import ProgressBar
 from hil.dialogue.terminal import console as new_console
 from hil.emulated.faults import CATALOGUE, Schedule, parse_fault
-from hil.recordings.output import prepared_folder, run_folder
+from hil.recordings.output import run_folder
 from hil.recordings.provenance import source_commit
 from model.units.conditions import CONDITIONS
 from train.campaign.store import NAME, Store, missing, opened
@@ -72,7 +73,7 @@ def execution_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option("--only", "names", multiple=True, type=click.Choice(list(EXPERIMENTS)), help="Experiment; repeatable.")
 @click.option("--stop-early", is_flag=True, help="End a hand's run at the first experiment with a failed check.")
 @click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path),
+    "--out", type=FOLDER,
     help="Folder of the campaign; an interrupted one is resumed. Default: campaign/DATE-AND-TIME.",
 )  # fmt: skip
 @execution_options
@@ -103,7 +104,7 @@ def campaign(
         trials = [replace(trial, stop_early=stop_early) for trial in trials]
         if not trials:
             raise ValueError("nothing to run; give --healthy or --fault")
-        folder = prepared_folder(out) if out is not None else run_folder(Path("campaign"))
+        folder = FOLDER.prepared(out) if out is not None else run_folder(Path("campaign"))
         opening = opened(folder)
     with opening as store:
         try:

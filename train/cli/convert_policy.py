@@ -8,14 +8,14 @@ from aero.policy.file import save
 from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
 from hil.cli.exits import usage_errors
+from hil.cli.output_files import POLICY
 from hil.dialogue.printing import echo
-from hil.recordings.output import prepared_file
 from train.convert import convert
 
 
 @click.command("convert-policy")
 @click.argument("checkpoint", type=click.Path(exists=True, path_type=Path))
-@click.argument("policy", type=click.Path(dir_okay=False, path_type=Path))
+@click.argument("policy", type=POLICY)
 @click.option(
     "--settings", type=click.Choice(list(PRESETS)), default="training", show_default=True,
     help="Preset of the paper with nominal grasp and scales of the training.",
@@ -32,7 +32,7 @@ def convert_policy(*, checkpoint: Path, policy: Path, settings: str, shown_actio
     extra `train`.
     """
     with usage_errors():
-        prepared_file(policy)
+        POLICY.prepared(policy)
         converted = convert(checkpoint, PRESETS[settings], ShownAction(shown_action))
     save(converted, policy)
     echo(f"{policy}: {converted.name}, observes the action {shown_action}, {settings} settings")

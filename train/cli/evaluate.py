@@ -17,10 +17,11 @@ from aero.policy.shipped import DEFAULT, find_policy
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
-from hil.cli.options import SECONDS, SEED, Finite, NewFolder
+from hil.cli.options import SECONDS, SEED, Finite
+from hil.cli.output_files import FOLDER
 from hil.dialogue.terminal import ProgressBar, print_columns
 from hil.dialogue.terminal import console as new_console
-from hil.recordings.output import json_text, prepared_folder
+from hil.recordings.output import json_text
 from model.scene import CUBE, Cube
 from train.evaluation.cube_trial import CubeTrial
 from train.evaluation.simulation import beside_a_deployment, measure
@@ -91,7 +92,7 @@ SCALE = {"finger_travel_m_s": 1e3}
     help="With --as: side, mass and friction of the cube; the contact friction is at least the hand's 0.2.",
 )  # fmt: skip
 @click.option(
-    "--out", type=NewFolder(), default=Path("evaluation"), show_default=True,
+    "--out", type=FOLDER, default=Path("evaluation"), show_default=True,
     help="Folder of evaluation.json and the picture.",
 )  # fmt: skip
 @click.pass_context
@@ -124,7 +125,7 @@ def evaluate(
     cube = Cube(1e-3 * cube_size[0], 1e-3 * cube_size[1], cube_size[2])
     with usage_errors():
         policy = find_policy(policy_name)
-        prepared_folder(out)
+        FOLDER.prepared(out)
         cases = []
         if "hands" in backends and deployment:
             cases = deployment.cases(policy, units, seconds=seconds, seed=seed, cube=cube)

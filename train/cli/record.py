@@ -7,11 +7,11 @@ import click
 from aero.channels import Channel
 from hil.cli.exits import usage_errors
 from hil.cli.options import Finite, open_hand, target
+from hil.cli.output_files import RECORDED
 from hil.dialogue.before_moving import before_moving, readings
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal import ProgressBar
 from hil.dialogue.terminal import console as new_console
-from hil.recordings.output import prepared_file
 from hil.recordings.recorder import Recorder
 from hil.targets.hand_spec import HandSpec
 from train.identification.excitation import EXPERIMENT, MOTIONS, REACH, excitation, play
@@ -32,7 +32,7 @@ LABELS = tuple(channel.label for channel in Channel)
 @click.option("--channel", "channels", multiple=True, type=click.Choice(LABELS), help="Moved channel; repeatable.")
 @click.option("--dry-run", is_flag=True, help="Read the hand, print the planned motion, and stop.")
 @click.option(
-    "--out", type=click.Path(dir_okay=False, path_type=Path), default=Path("excitation.mcap"), show_default=True,
+    "--out", type=RECORDED, default=Path("excitation.mcap"), show_default=True,
     help="Recording to write.",
 )  # fmt: skip
 def record_command(
@@ -53,7 +53,7 @@ def record_command(
     console = new_console()
     with usage_errors():
         plan = excitation(excite, scale=scale, channels=tuple(Channel[label.upper()] for label in channels or LABELS))
-        prepared_file(out)
+        RECORDED.prepared(out)
     with open_hand(spec) as opened:
         furthest = tuple(plan.fractions.max(axis=0))
         if dry_run:

@@ -10,9 +10,9 @@ import click
 from aero.exit_code import Exit
 from aero.regular_file import open_regular
 from hil.cli.exits import Ended, usage_errors
-from hil.cli.options import SEED, Finite, NewFolder
+from hil.cli.options import SEED, Finite
+from hil.cli.output_files import FOLDER
 from hil.dialogue.terminal import console as new_console
-from hil.recordings.output import prepared_folder
 from hil.recordings.provenance import source_commit, versions
 from train.recipe import RECIPES, on_gpu, on_routed_hands
 
@@ -47,7 +47,7 @@ WITHOUT_GPU = (
     help="Random hands and cubes for the final comparison of the two best checkpoints; 0 skips it.",
 )  # fmt: skip
 @click.option(
-    "--out", type=NewFolder(), default=Path("training"), show_default=True,
+    "--out", type=FOLDER, default=Path("training"), show_default=True,
     help="Folder of policy, learning curve and checkpoints.",
 )  # fmt: skip
 def train(
@@ -70,7 +70,7 @@ def train(
     the best one is written.
     """
     with usage_errors():
-        prepared_folder(out)
+        FOLDER.prepared(out)
     try:
         from train import selection, trainer  # noqa: PLC0415 - the extra is asked for where it is used
         from train.run_state import LARGEST_BYTES, STATE  # noqa: PLC0415

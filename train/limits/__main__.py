@@ -9,8 +9,8 @@ import tomli_w
 from aero.whole_file import write_whole
 from hil.checks import BOUNDS
 from hil.cli.exits import run_module, usage_errors
+from hil.cli.output_files import FOLDER
 from hil.dialogue.terminal import console as new_console
-from hil.recordings.output import prepared_folder
 from hil.verdict.limits import limits_text
 from train.campaign.store import opened
 from train.campaign.trial import Outcome
@@ -23,11 +23,11 @@ COMMAND = "python -m train.limits --out build/limits --data hil/data"
 
 @click.command()
 @click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), required=True,
+    "--out", type=FOLDER, required=True,
     help="Folder of the campaign; an interrupted one is resumed.",
 )  # fmt: skip
 @click.option(
-    "--data", type=click.Path(file_okay=False, path_type=Path),
+    "--data", type=FOLDER,
     help="Folder of limits.csv and population.toml, default: OUT; `hil/data` updates a checkout.",
 )  # fmt: skip
 @execution_options
@@ -39,7 +39,7 @@ def limits(*, out: Path, data: Path | None, workers: Workers) -> None:
     """
     console = new_console()
     with usage_errors():
-        folder, place = prepared_folder(out), prepared_folder(data or out)
+        folder, place = FOLDER.prepared(out), FOLDER.prepared(data or out)
         opening = opened(folder)
     trials = drawn()
     with opening as store:

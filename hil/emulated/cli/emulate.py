@@ -18,6 +18,7 @@ from aero.safety.interrupts import noted
 from firmware_emulator.links.in_process import WireEntry
 from hil.cli.exits import usage_errors
 from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, RECORD, VIEW, HostAndPort, emulation, link_recorded
+from hil.cli.output_files import LINK, RECORDED, STATE
 from hil.dialogue.printing import echo
 from hil.dialogue.viewing import viewing
 from hil.emulated.faults import parse_fault
@@ -37,11 +38,11 @@ _LOG = logging.getLogger(__name__)
 @click.command()
 @emulation
 @FIRMWARE_PROGRAM
-@click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
-@click.option("--bus-link", type=click.Path(path_type=Path), help="Also serve the raw servo bus, linked at PATH.")
+@click.option("--link", type=LINK, help="Make PATH a symbolic link to the terminal.")
+@click.option("--bus-link", type=LINK, help="Also serve the raw servo bus, linked at PATH.")
 @click.option("--bus-port", help="Serve the servos on this serial port, for a physical board; no board is emulated.")
 @click.option("--listen", type=HostAndPort(), help="Also serve the board at rfc2217://HOST:PORT, with DTR and RTS.")
-@click.option("--state", type=click.Path(path_type=Path), help="Keep the board's stored calibration in this file.")
+@click.option("--state", type=STATE, help="Keep the board's stored calibration in this file.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @RECORD
 @VIEW
@@ -67,6 +68,11 @@ def emulate(
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
             spec = replace(spec, target="pty", faults=tuple(map(parse_fault, faults)))
+            for output, path in ((LINK, link), (LINK, bus_link), (STATE, state)):
+                if path is not None:
+                    output.distinct(path)
+            if record is not None:
+                RECORDED.prepared(record)
             served = ServedHand(spec, state=state, link=link, bus_link=bus_link, bus_port=bus_port, listen=listen)
         electronics, server = served.electronics, served.server
 

@@ -15,8 +15,8 @@ from firmware_emulator.native.build import FirmwareBuildError, build
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import SEED
+from hil.cli.output_files import PROGRAM, SESSIONS
 from hil.dialogue.printing import echo
-from hil.recordings.output import prepared_file
 
 
 @click.group()
@@ -29,7 +29,7 @@ def firmware() -> None:
 @click.option(
     "--library", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder of FTServo_Arduino."
 )
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Program file to write.")
+@click.option("--out", type=PROGRAM, required=True, help="Program file to write.")
 @click.option("--hand", "side", type=click.Choice(["right", "left"]), help="Side of the hand; overrides HandConfig.h.")
 @click.option("--define", "defines", multiple=True, metavar="NAME[=VALUE]", help="Additional macro; repeatable.")
 @click.option(
@@ -49,7 +49,7 @@ def build_command(
     Needs a compiler whose `long` has 32 bits: g++ with its 32-bit libraries, or the extra `firmware`.
     """
     with usage_errors():
-        prepared_file(out)
+        PROGRAM.prepared(out)
     sanitizers = [name.strip() for name in sanitize.split(",") if name.strip()]
     try:
         compiler = build(source, out, library=library, side=side, sanitize=sanitizers, defines=defines)
@@ -68,7 +68,7 @@ def build_command(
 )
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the sessions.")
 @click.option("--only", multiple=True, type=click.Choice(list(MAKERS)), help="Run only these sessions; repeatable.")
-@click.option("--write", type=click.Path(path_type=Path), help="Record the output of SECOND in a file NAME.jsonl.xz.")
+@click.option("--write", type=SESSIONS, help="Record the output of SECOND in a file NAME.jsonl.xz.")
 def compare_command(
     *,
     first: str,
@@ -91,7 +91,7 @@ def compare_command(
         if write is not None:
             if not write.name.endswith(ENDING):
                 raise ValueError(f"--write {write}: name the file *{ENDING}")
-            prepared_file(write)
+            SESSIONS.prepared(write)
         one = contender(first, side)
         rounds = (
             _recorded_rounds(Path(second), only)

@@ -11,6 +11,7 @@ from aero.safety.interrupts import noted
 from aero.serial_transport import SerialTransport
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import FAULT_HELP, RECORD, link_recorded
+from hil.cli.output_files import LINK, RECORDED
 from hil.dialogue.printing import echo
 from hil.emulated.faults import Schedule, parse_fault
 from hil.emulated.faults.proxy import LinkProxy
@@ -19,7 +20,7 @@ from hil.targets.hand_spec import PHYSICAL, HandSpec
 
 @click.command()
 @click.argument("port")
-@click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
+@click.option("--link", type=LINK, help="Make PATH a symbolic link to the terminal.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @RECORD
 def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], record: Path | None) -> None:
@@ -33,6 +34,10 @@ def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], record: Path
         with usage_errors():
             spec = HandSpec.named(port)
             schedule = Schedule(map(parse_fault, faults))
+            if link is not None:
+                LINK.distinct(link)
+            if record is not None:
+                RECORDED.prepared(record)
         try:
             transport = SerialTransport.open(spec.target)
         except ConnectionError as error:

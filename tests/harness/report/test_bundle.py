@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 
 from hil.cli import main, report
 from hil.cli.doctor.finding import Examined, Verdict
-from hil.cli.run_files import JUDGED_NAMES
 from hil.recordings.mcap_file import _records, read_recording, write_recording
 from hil.recordings.recording import Event, Header
 from hil.report import bundle
 from hil.report.bundle import scrubber, unpacked
+from hil.report.run_folder import JUDGED_NAMES
 
 USER, HOST = "quillfeather", "inkwell.example.org"
 NAMES = (USER, "inkwell", "parchment")
