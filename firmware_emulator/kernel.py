@@ -22,6 +22,15 @@ from collections.abc import Callable, Generator
 from heapq import heappop, heappush
 from typing import Any
 
+from firmware_emulator.held_signals import HeldSignals
+
+
+class KernelLeftError(ConnectionError):
+    """An exception has left an event incomplete; the tasks that it ran have ended, and the board answers no more."""
+
+    def __init__(self) -> None:
+        super().__init__("the emulated hand was interrupted in the middle of an event; open a new one")
+
 
 class Signal:
     """Event for tasks to wait for; firing wakes all tasks waiting at that moment."""
@@ -129,7 +138,9 @@ class Kernel:
         self.now = 0.0
         self._queue: list[tuple[float, int, Callable[..., None], tuple[Any, ...]]] = []
         self._scheduled = 0
-        self._paused = False
+        self._paused = self._paused_by_event = False
+        self.left = False
+        """True once an exception has left an event incomplete."""
         self._limit = 0.0
         """End time of the present `run_until`, s."""
         self.last_of_event = False
@@ -151,17 +162,42 @@ class Kernel:
         return self._queue[0][0] if self._queue else None
 
     def run_until(self, t: float) -> None:
-        """Run all events up to and including time `t` (s), or until an event calls `pause`."""
-        queue = self._queue
-        self._paused = self.last_of_event = False
-        self._limit = t
-        while queue and queue[0][0] <= t:
-            when, _, function, arguments = heappop(queue)
-            self.now = when
-            function(*arguments)
-            if self._paused:
-                return
+        """Run all events up to and including time `t` (s), or until an event calls `pause`.
+
+        Signals are held until the present event is complete.
+
+        Raises:
+            KernelLeftError: an exception has left an earlier event incomplete.
+        """
+        if self.left:
+            raise KernelLeftError
+        signalled, self._paused_by_event = True, False
+        while signalled and not self._paused_by_event:
+            self._paused = self.last_of_event = False
+            held = HeldSignals(self._leave)
+            try:
+                held.hold()
+                self._run(t)
+            finally:
+                signalled = held.release()
+
+    def _run(self, t: float) -> None:
+        queue, self._limit = self._queue, t
+        try:
+            while queue and queue[0][0] <= t:
+                when, _, function, arguments = heappop(queue)
+                self.now = when
+                function(*arguments)
+                if self._paused:
+                    return
+        except BaseException:
+            self.left = True
+            raise
         self.now = max(self.now, t)
+
+    def _leave(self) -> None:
+        """End the run after the present event, for a signal."""
+        self._paused = True
 
     def pass_until(self, t: float) -> bool:
         """Advance time to `t` (s) within the running task if `is_free_until(t)`; return whether time was free."""
@@ -182,7 +218,7 @@ class Kernel:
 
     def pause(self) -> None:
         """Make `run_until` return after the present event, without advancing time further."""
-        self._paused = True
+        self._paused = self._paused_by_event = True
 
 
 class Mutex:

@@ -47,8 +47,10 @@ class VirtualLink:
         received = self._received
         if len(received) < size:
             self._wanted = size
-            self._kernel.run_until(self._kernel.now + timeout)
-            self._wanted = 0
+            try:
+                self._kernel.run_until(self._kernel.now + timeout)
+            finally:
+                self._wanted = 0
         data = bytes(received[:size])
         del received[:size]
         return data

@@ -67,7 +67,12 @@ class Program:
         self._first += [(STORE, f"{name}={value}".encode()) for name, value in stored]
         try:
             self._process = subprocess.Popen(
-                [path.resolve()], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said, bufsize=0
+                [path.resolve()],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=self._said,
+                bufsize=0,
+                start_new_session=True,  # Ctrl-C in the terminal would end it
             )
         except OSError as error:
             raise FirmwareProgramError(
