@@ -2,6 +2,7 @@
 
 from aero.safety.guarded import GuardedHand
 from aero.safety.interrupts import unwinding
+from aero.safety.regions import Region
 from aero.safety.standby import Standby
 from aero.safety.stop import Health, LinkLostError, SafetyReason, SafetyStopError
 from aero.safety.thresholds import Thresholds
@@ -11,6 +12,7 @@ __all__ = [
     "GuardedHand",
     "Health",
     "LinkLostError",
+    "Region",
     "SafetyReason",
     "SafetyStopError",
     "Standby",

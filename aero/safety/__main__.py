@@ -18,6 +18,7 @@ from aero.child_process import READY
 from aero.clock import Clock, Deadline, WallClock
 from aero.driver import AeroHand
 from aero.safety.opening import SWITCH_OFF, open_and_relax
+from aero.safety.regions import Region
 from aero.safety.standby import ALL_WELL
 from aero.safety.thresholds import Thresholds
 
@@ -44,7 +45,7 @@ def main(port: str, settings: str) -> None:
     doubt = open_what_was_left(
         lambda: AeroHand.open_unguarded(known.now()),
         WallClock(),
-        Thresholds(**asked["thresholds"]),
+        Thresholds(**asked["thresholds"], forbidden=tuple(map(Region.of, asked["forbidden"]))),
         settable=asked["settable"],
     )
     if doubt is not None:

@@ -90,6 +90,8 @@ class Guard:
         stop = self.lookout.look(closed=self._closed, restore=lambda: self.limits.restore(self.last_codes))
         if stop is not None:
             self.abort(stop.violation, silent=stop.silent)
+        if (further := self.lookout.gate.released()) is not None:
+            self._send(further)
 
     def poll_alone(self) -> None:
         """Poll the hand under the lock."""
@@ -105,10 +107,14 @@ class Guard:
         self.limits.begin()
 
     def command(self, codes: NDArray[np.int64]) -> None:
-        """Poll the hand, send every channel to a position (7,), and expect the encoders there."""
+        """Poll the hand, send every channel to a position (7,) or the edge before it, and expect the encoders there."""
         self.poll()
-        closed, before = bool((codes > self._thresholds.arrival * MAX_CODE).any()), self.last_codes
         self.commands += 1
+        self._send(self.lookout.gate.passed(codes))
+
+    def _send(self, codes: NDArray[np.int64]) -> None:
+        nearest, before = self.lookout.gate.outcome(OPEN), self.last_codes
+        closed = bool((codes - nearest > self._thresholds.arrival * MAX_CODE).any())
         # Recorded before sending, because an interrupt may follow the frame before this method continues.
         self.last_codes, self._closed = codes, self._closed or closed
         try:
@@ -121,7 +127,16 @@ class Guard:
         self._encoders.commanded(self._clock.now(), codes / MAX_CODE)
 
     def command_torques(self, magnitudes: NDArray[np.int64]) -> None:
-        """Poll the hand, and pull channels closed with torques (7,), without a check of the encoders."""
+        """Poll the hand, and pull channels closed with torques (7,), without a check of the encoders.
+
+        Raises:
+            SafetyStopError: the hand has forbidden regions, at whose edges a torque does not stop; nothing is sent.
+        """
+        if self._thresholds.forbidden:
+            raise SafetyStopError(
+                f"{self._hand.name}: a hand with forbidden regions takes no torques, because only a position can "
+                "stop at an edge. Nothing was sent."
+            )
         self.poll()
         self._encoders.forget()
         self._closed = self.in_torque_mode = True
@@ -134,6 +149,7 @@ class Guard:
     def pause(self) -> None:
         """Drop past commands."""
         self.lookout.watch.pause()
+        self.lookout.gate.forget()
 
     @contextmanager
     def homing(self, timeout_s: float) -> Iterator[None]:

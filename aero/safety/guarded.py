@@ -118,6 +118,7 @@ class GuardedHand(LinkedHand):
         with self._guard.turn():
             self._guard.poll()
             health = Health(self._hand.read_codes(), self._hand.read_currents(), self._hand.read_temperatures())
+        self._guard.lookout.gate.seen(health.codes)
         violation = self._guard.temperatures(health.temperatures_c)
         most = Channel(int(np.argmax(np.abs(health.currents_a))))
         drawn = abs(health.currents_a[most])
@@ -290,8 +291,9 @@ class GuardedHand(LinkedHand):
 
     def _expect_open(self) -> None:
         shares = self._hand.read_codes() / MAX_CODE
-        worst = Channel(int(np.argmax(shares)))
-        if shares[worst] > self.thresholds.arrival:
+        beyond = shares - self._guard.lookout.gate.outcome(OPEN) / MAX_CODE
+        worst = Channel(int(np.argmax(beyond)))
+        if beyond[worst] > self.thresholds.arrival:
             text = (
                 f"{worst.label} is still {shares[worst]:.0%} closed after the hand was opened slowly: it is "
                 "blocked, its servo has no torque, or its zero is lost; home the hand"

@@ -12,6 +12,7 @@ from aero.clock import Clock, Deadline
 from aero.driver import AeroHand
 from aero.errors import AeroError
 from aero.protocol import MAX_CODE
+from aero.safety.regions import Gate
 from aero.safety.thresholds import Thresholds
 
 STEP_S = 0.02
@@ -96,7 +97,8 @@ def open_and_relax(
     doubt = "the board does not answer" if silent else attempt.run()
     if attempt.silent:
         with suppress(AeroError):  # refused after an incomplete frame, until the board is back in step
-            move_slowly(hand.command_codes_blindly, clock, last_codes, OPEN, thresholds.opening_s)
+            attempt.gate.seen(last_codes)
+            move_slowly(attempt.command_blindly, clock, last_codes, OPEN, thresholds.opening_s)
     while doubt is not None and not deadline.expired:
         with suppress(AeroError):  # the next attempt reports the remaining error
             if attempt.silent:
@@ -105,7 +107,7 @@ def open_and_relax(
                 # A restarted board assumes position mode and writes only mode changes; force one.
                 hand.command_torques([0] * len(Channel))
         with suppress(AeroError):
-            hand.command_codes_blindly(OPEN)
+            attempt.command_blindly(OPEN)
         doubt = attempt.run()
         if last < hand.restarts <= restarts + RESTARTS:
             deadline, last = Deadline.after(clock, thresholds.opening_patience_s), hand.restarts
@@ -119,15 +121,28 @@ class _Attempt:
         self._hand, self._clock, self._thresholds, self._settable = hand, clock, thresholds, settable
         self.silent = silent
         """True if the board did not answer the first reading of the last attempt."""
+        self.gate = Gate(thresholds.forbidden)
+
+    def command_blindly(self, codes: ArrayLike) -> None:
+        """Send every channel near a position, without an opcode after the first byte, around forbidden regions."""
+        self._hand.command_codes_blindly(self.gate.passed(codes))
+
+    def _command(self, codes: ArrayLike) -> None:
+        self._hand.command_codes(self.gate.passed(codes))
+
+    def _read(self) -> NDArray[np.uint16]:
+        codes = self._hand.read_codes()
+        self.gate.seen(codes)
+        return codes
 
     def run(self) -> str | None:
         """Ramp open under gentle limits, lower the torque, and return the reason for doubt that it is open, or None."""
         limits, self.silent = self._thresholds, True
         try:
-            where, restarts = self._hand.read_codes(), self._hand.restarts
+            where, restarts = self._read(), self._hand.restarts
             self.silent = False
             self._limit(limits.gentle_torque)
-            move_slowly(self._hand.command_codes, self._clock, where, OPEN, limits.opening_s)
+            move_slowly(self._command, self._clock, where, OPEN, limits.opening_s)
             self._come_to_rest()
             self._limit(limits.limp_torque)
             self._hold_open()
@@ -148,7 +163,7 @@ class _Attempt:
         before = np.full(len(Channel), np.inf)
         while not deadline.expired:
             self._clock.sleep_until(self._clock.now() + LOOK_S)
-            codes = self._hand.read_codes().astype(np.float64)
+            codes = self._read().astype(np.float64)
             if np.abs(codes - before).max() < AT_REST * MAX_CODE:
                 return
             before = codes
@@ -156,7 +171,7 @@ class _Attempt:
     def _hold_open(self) -> None:
         """Repeat the open command, because commands are not acknowledged and limits need one to take effect."""
         for _ in range(HELD):
-            self._hand.command_codes(OPEN)
+            self._command(OPEN)
             self._clock.sleep_until(self._clock.now() + STEP_S)
 
     def _arrival(self) -> str | None:
@@ -166,10 +181,10 @@ class _Attempt:
         looks = 0
         while True:
             self._clock.sleep_until(self._clock.now() + LOOK_S)
-            codes = self._hand.read_codes()
+            codes = self._read()
             seen.add(codes.tobytes() + self._hand.read_currents().tobytes())
             looks += 1
-            live, doubt = len(seen) > 1, _closed(codes, self._thresholds.arrival)
+            live, doubt = len(seen) > 1, self._closed(codes)
             if live and looks >= LIVE_LOOKS and doubt is None:
                 return None
             if deadline.expired:
@@ -181,9 +196,8 @@ class _Attempt:
             )
         return doubt
 
-
-def _closed(codes: NDArray[np.uint16], arrival: float) -> str | None:
-    """Return a message naming the closed channels, or None."""
-    shares = codes / MAX_CODE
-    named = [f"{channel.label} is {shares[channel]:.0%} closed" for channel in Channel if shares[channel] > arrival]
-    return ", ".join(named) if named else None
+    def _closed(self, codes: NDArray[np.uint16]) -> str | None:
+        """Return a message naming the channels that are more closed than a region requires, or None."""
+        shares, allowed = codes / MAX_CODE, self._thresholds.arrival + self.gate.outcome(OPEN) / MAX_CODE
+        named = [f"{one.label} is {shares[one]:.0%} closed" for one in Channel if shares[one] > allowed[one]]
+        return ", ".join(named) if named else None

@@ -55,7 +55,16 @@ class Standby:
             thresholds: speed and torque of the opening.
             settable: whether the firmware has speed and torque limits.
         """
-        self._arguments = (port, json.dumps({"settable": settable, "thresholds": thresholds.as_dict()}))
+        self._arguments = (
+            port,
+            json.dumps(
+                {
+                    "settable": settable,
+                    "thresholds": thresholds.as_dict(),
+                    "forbidden": [region.as_table() for region in thresholds.forbidden],
+                }
+            ),
+        )
         self._process: ChildProcess | None = None
         self._ready = False
 

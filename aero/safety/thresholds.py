@@ -1,10 +1,10 @@
 """Safety thresholds of a guarded hand: stop criteria, and limits of its slow motions."""
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
 from aero.protocol import MAX_SPEED_SETTING, MAX_TORQUE_SETTING
+from aero.safety.regions import Region
 
 _MOST = {
     "current_a": 7.0,
@@ -93,6 +93,8 @@ class Thresholds:
     default limit allows up to 4.5 A there."""
     limp_torque: int = 200
     """Torque limit after the final opening, register units (1.3 A): firmware 0.1.2's limit for hot servos."""
+    forbidden: tuple[Region, ...] = ()
+    """Regions that no command enters, and around which the hand opens."""
 
     def __post_init__(self) -> None:
         for name, value in self.as_dict().items():
@@ -111,5 +113,5 @@ class Thresholds:
                 raise ValueError(f"safety threshold {name}: expected at most {most:g}, got {value!r}{meant}")
 
     def as_dict(self) -> dict[str, float]:
-        """Return the thresholds by name, for recordings and messages."""
-        return dataclasses.asdict(self)
+        """Return the thresholds by name, without regions, for recordings and messages."""
+        return {name: value for name, value in vars(self).items() if name != "forbidden"}

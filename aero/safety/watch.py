@@ -15,6 +15,7 @@ from aero.errors import AeroError
 from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from aero.safety.encoders import Debounce, Encoders, Reading
+from aero.safety.regions import Gate
 from aero.safety.stop import SafetyReason, Violation
 from aero.safety.thresholds import Thresholds
 
@@ -174,6 +175,8 @@ class Lookout:
             telemetry_s: largest age of a value when the board sends it, s.
         """
         self.watch = Watch(thresholds, spans_counts, telemetry_s)
+        self.gate = Gate(thresholds.forbidden)
+        """Filter of the commands; polls report the encoders to it."""
         self._hand = hand
         self._clock = clock
         self._thresholds = thresholds
@@ -183,6 +186,7 @@ class Lookout:
     def pause(self) -> None:
         """Drop past commands and readings and restart the schedule, after homing."""
         self.watch.pause()
+        self.gate.forget()
         self._due = self._looked_at = self._clock.now()
 
     @property
@@ -241,6 +245,7 @@ class Lookout:
     def _read(self) -> Violation | None:
         asked, codes = self._clock.now(), self._hand.read_codes()
         reading = Reading(asked, self._clock.now(), codes / MAX_CODE)
+        self.gate.seen(codes)
         violation = self.watch.look(reading, self._hand.read_currents())
         if violation is None and reading.replied >= self._temperatures_due:
             self._temperatures_due = reading.replied + self._thresholds.temperature_look_s

@@ -7,7 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,7 @@ class HandEntry:
     twin: str | None = None
     baseline: str | None = None
     thresholds: dict[str, float] | None = None
+    forbidden: list[dict[str, dict[str, float]]] | None = None
 
     def __post_init__(self) -> None:
         for key, value in vars(self).items():
@@ -117,10 +118,15 @@ def _hand(path: Path, name: str, table: Any) -> Fields:
         fields["twin"] = str(path.parent / fields["twin"])
     if "baseline" in fields:
         fields["baseline"] = path.parent / fields["baseline"]
-    if "thresholds" in fields:
-        from aero.safety import Thresholds  # noqa: PLC0415 - help is quick
+    regions = fields.pop("forbidden", [])
+    if "thresholds" in fields or regions:
+        from aero.safety import Region, Thresholds  # noqa: PLC0415 - help is quick
 
-        fields["thresholds"] = filled(Thresholds, fields["thresholds"], f"{where}.thresholds")
+        limits = filled(Thresholds, fields.get("thresholds", {}), f"{where}.thresholds")
+        try:
+            fields["thresholds"] = replace(limits, forbidden=tuple(map(Region.of, regions)))
+        except ValueError as error:
+            raise ValueError(f"{where}.forbidden: {error}") from error
     return fields
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hil
-from aero.safety import Thresholds
+from aero.safety import Region, Thresholds
 from hil.cli import main
 from hil.cli.doctor.ports import Answers
 from hil.targets.hands_file import NAME, PORT, add_hand, fields_of, read_hands
@@ -25,10 +25,16 @@ side = "left"
 twin = "mine.toml"
 baseline = "known"
 thresholds = { current_a = 3.5 }
+[[bench-left.forbidden]]
+thumb_abduction = { below = 0.6 }
+ring = { above = 0.3 }
 """
 MISTAKES = {
     "no TOML": ("[bench-left\n", r"not TOML.*line 1"),
-    "another key": (BENCH + 'firmwear = "pre"\n', r"\[bench-left\]: unknown key `firmwear`; did you mean `firmware`"),
+    "another key": (
+        BENCH.replace("firmware", "firmwear"),
+        r"\[bench-left\]: unknown key `firmwear`; did you mean `firmware`",
+    ),
     "another side": (BENCH.replace('"left"', '"third"'), r"\[bench-left\].side is one of right, left, not 'third'"),
     "a number": (BENCH.replace('"0.1.5"', "0.1"), r"\[bench-left\].firmware: expected text, got `float`"),
     "a threshold's name": (
@@ -43,6 +49,11 @@ MISTAKES = {
         BENCH.replace("{ current_a = 3.5 }", "3.5"),
         r"\[bench-left\].thresholds: expected a table, got `float`",
     ),
+    "a region of one channel": (
+        BENCH.replace("ring", "# ring"),
+        r"\[bench-left\].forbidden: a forbidden region has two channels, got thumb_abduction",
+    ),
+    "a region's edge": (BENCH.replace("0.6", "60"), r"\[bench-left\].forbidden: .*between 0 and 1"),
     "an empty port": (BENCH.replace("/dev/ttyACM7", ""), r"\[bench-left\]: `port` is empty"),
     "another firmware": (BENCH.replace("0.1.5", "9.9"), r"\[bench-left\]: .*9\.9.*0\.2\.0"),
     "no port": (BENCH.replace("port", "# port"), r"\[bench-left\]: missing key `port`"),
@@ -66,7 +77,9 @@ def test_a_name_brings_all_that_the_file_says(folders):
     work, _ = folders
     (work / "hands.toml").write_text(BENCH)
     said = {"target": "/dev/ttyACM7", "hand_id": "bench-left", "firmware": "0.1.5", "side": "left"}
-    known = {"twin": "mine.toml", "baseline": Path("known"), "thresholds": Thresholds(current_a=3.5)}
+    region = Region.of({"thumb_abduction": {"below": 0.6}, "ring": {"above": 0.3}})
+    limits = Thresholds(current_a=3.5, forbidden=(region,))
+    known = {"twin": "mine.toml", "baseline": Path("known"), "thresholds": limits}
     assert fields_of("bench-left") == said | known
 
 
