@@ -2,6 +2,7 @@
 
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from nightly import NIGHTLY
 
 from firmware_emulator.bench import Bench
 from tests.firmware_emulator.conftest import Host
@@ -83,7 +84,7 @@ def seen(host):
     return host.link.log, [bytes(s.memory.bytes) for s in host.hand.servos], words, state, tap and tap.heard
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=2000 if NIGHTLY else 50, deadline=None)
 @given(st.sampled_from(("pre", "0.1.1", "0.2.0")), st.lists(CHANGES, max_size=25))
 @example("0.2.0", [("wait", 0.028), ("another master", 1200), ("wait", 0.05)])
 def test_one_step_is_the_same_as_all_its_events(firmware, changes):

@@ -1,6 +1,7 @@
 """A driver or map with a mistake is told from a hand with a fault: each mistake is put in, the hand is a good one."""
 
 import pytest
+from drawn import drawn
 from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP
 
 from hil.emulated.faults import parse_fault
@@ -21,13 +22,16 @@ def blamed(experiments, **named):
 
 
 @pytest.mark.parametrize(
-    ("hand", "firmware", "guarded"), [("right", "0.2.0", True), ("left", "0.2.0", False), ("left", "pre", True)]
+    ("hand", "firmware", "guarded"),
+    drawn([("right", "0.2.0", True), ("left", "0.2.0", False), ("left", "pre", True)], 1),
 )
 def test_a_good_driver_is_not_blamed(hand, firmware, guarded):
     assert blamed(("presence", "audit", "replay"), side=hand, firmware=firmware, guarded=guarded) == set()
 
 
-@pytest.mark.parametrize("fault", ["reply_doubled=0.3", "reply_reordered=0.3", "link_slow=9600", "command_delayed=400"])
+@pytest.mark.parametrize(
+    "fault", drawn(["reply_doubled=0.3", "reply_reordered=0.3", "link_slow=9600", "command_delayed=400"], 1)
+)
 def test_a_good_driver_on_a_bad_link_is_not_blamed(fault):
     assert blamed(("presence", "audit", "response"), faults=[parse_fault(fault)], guarded=True, seed=3) == set()
 
@@ -37,13 +41,13 @@ def test_a_good_driver_on_a_late_host_is_not_blamed():
     assert blamed(("presence", "audit"), conditions=Conditions(late_s=0.01)) == set()
 
 
-@pytest.mark.parametrize("mistake", MISTAKES.values(), ids=MISTAKES)
+@pytest.mark.parametrize("mistake", drawn(MISTAKES.values(), 6), ids=MISTAKES)
 def test_a_mistake_of_the_driver_is_found_in_the_bytes(mistake, monkeypatch):
     mistake(monkeypatch)
     assert blamed(GENTLE)
 
 
-@pytest.mark.parametrize("name", ["sends index and middle exchanged", "reads index and ring exchanged"])
+@pytest.mark.parametrize("name", drawn(["sends index and middle exchanged", "reads index and ring exchanged"], 1))
 def test_a_mistake_for_which_the_guard_stops_is_the_drivers(name, monkeypatch):
     MISTAKES[name](monkeypatch)
     with open_target(unit="reference", guarded=True) as target:
@@ -60,7 +64,7 @@ def test_a_good_driver_whose_hand_the_guard_stops_is_not_blamed():
     assert failed(done.driver.findings) == ()
 
 
-@pytest.mark.parametrize("mistake", MISTAKES_OF_THE_MAP.values(), ids=MISTAKES_OF_THE_MAP)
+@pytest.mark.parametrize("mistake", drawn(MISTAKES_OF_THE_MAP.values(), 2), ids=MISTAKES_OF_THE_MAP)
 def test_a_mistake_of_the_map_is_found_in_the_bytes(mistake, monkeypatch):
     mistake(monkeypatch)
     assert blamed(MAPPED)

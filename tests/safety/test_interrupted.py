@@ -89,7 +89,7 @@ def assert_open_and_weak(electronics):
     assert [servo.memory.get("goal_torque") for servo in electronics.servos] == [Thresholds().limp_torque] * 7
 
 
-EVERY, LAST = 24, 400
+EVERY, LAST = 60, 420
 """The default suite interrupts one line in so many; beyond the last there is none."""
 STEP = 1 if NIGHTLY else 4
 """The slow tests interrupt one line in so many."""

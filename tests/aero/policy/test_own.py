@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from drawn import drawn
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -102,7 +103,7 @@ WRONG = {
 """A line of the interface file, what stands there instead, and what is said."""
 
 
-@pytest.mark.parametrize("line", WRONG)
+@pytest.mark.parametrize("line", drawn(WRONG, 4))
 def test_what_does_not_fit_is_one_line(here, line):
     name, (other, said) = write_onnx(here), WRONG[line]
     path = here / "mine.toml"
@@ -134,7 +135,7 @@ FACTORIES = {
 }
 
 
-@pytest.mark.parametrize("source", FACTORIES)
+@pytest.mark.parametrize("source", drawn(FACTORIES, 7))
 def test_a_factory_that_does_not_fit_is_one_line(here, source):
     name = write_factory(here, f"policy_{sorted(FACTORIES).index(source)}")
     (here / f"{name.partition(':')[0]}.py").write_text(source)
@@ -156,7 +157,7 @@ def test_a_mistake_shows_the_frames_of_the_policy_alone(here):
     assert "own_process" not in note
 
 
-@pytest.mark.parametrize("name", ["model", "train", "serial", "signal", "chunk", "hil"])
+@pytest.mark.parametrize("name", drawn(["model", "train", "serial", "signal", "chunk", "hil"], 2))
 def test_a_module_may_have_any_name_and_disturbs_nothing(here, monkeypatch, name):
     write_interface(here / f"{name}.toml")
     (here / f"{name}.py").write_text("OWN = 1\nmake = lambda: lambda observation: [0.0 * OWN] * 7")

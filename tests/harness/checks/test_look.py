@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from drawn import drawn
 from person import Person
 
 from aero.channels import Channel
@@ -61,7 +62,7 @@ def test_exchanged_fingers_are_found_and_named(fault, tmp_path):
 @pytest.mark.parametrize(
     ("fault", "check", "homed"),
     [
-        ("spool_wrong:ring=1.1", "bent", True),
+        pytest.param("spool_wrong:ring=1.1", "bent", True, marks=pytest.mark.slow),
         ("encoder_offset:ring=400", "starts_late", False),
         pytest.param("spool_wrong:ring=0.9", "starts_late", True, marks=pytest.mark.slow),
         pytest.param("encoder_offset:ring=-400", "bent", False, marks=pytest.mark.slow),
@@ -74,7 +75,7 @@ def test_zeros_spools_and_cables_are_found_on_their_finger(fault, check, homed):
     assert {subject for subject, _ in found(result)} == {"ring"}
 
 
-@pytest.mark.parametrize(("answers", "guarded"), [(0, True), (1, False), (7, False)])
+@pytest.mark.parametrize(("answers", "guarded"), drawn([(0, True), (1, False), (7, False)], 1))
 def test_a_person_who_leaves_finds_the_hand_open(answers, guarded, tmp_path):
     person = Person(leaves_after=answers)
     result, codes = looked_at(person, unit="reference", homed=False, folder=tmp_path, guarded=guarded)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
+from nightly import NIGHTLY
 from policies import policy as random_policy
 from policy_bytes import asked, fastest, frame, frames_again, positions_sent
 
@@ -111,7 +112,7 @@ def played(case):
 
 
 @settings(
-    max_examples=12,
+    max_examples=400 if NIGHTLY else 3,
     deadline=None,
     suppress_health_check=list(HealthCheck),
     phases=[Phase.explicit, Phase.reuse, Phase.generate, Phase.shrink],

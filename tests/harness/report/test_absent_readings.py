@@ -64,27 +64,28 @@ def test_a_complete_run_of_a_good_hand_is_within_limits_and_says_no_nan(validate
 
 
 @pytest.mark.parametrize("how", [ABSENT, NAN])
-@pytest.mark.parametrize("check", JUDGED)
-def test_every_reading_may_be_absent_or_nan(validated, check, how):
-    if (result := validated.judged.get(check)) is None:
-        pytest.skip(f"{check} is not part of the run")
-    names = {metric.name for metric in JUDGED[check].metrics}
-    for name in names:
-        spoiled = replace(result, measured=without(result.measured, how, {name}))
-        assert not re.search(r"\bnan\b", numbers(with_result(validated, check, spoiled))), name
-    failing = tuple(replace(finding, passed=False) for finding in result.findings)
-    spoiled = replace(result, measured=without(result.measured, how, names), findings=failing)
-    assert not re.search(r"\bnan\b", shown(with_result(validated, check, spoiled)))
+def test_every_reading_may_be_absent_or_nan(validated, how):
+    """One at a time in tables and files; all at once, and failing, on page and terminal too."""
+    spoiled = validated
+    for check, result in validated.judged.items():
+        names = {metric.name for metric in JUDGED[check].metrics}
+        for name in names:
+            one = replace(result, measured=without(result.measured, how, {name}))
+            assert not re.search(r"\bnan\b", numbers(with_result(validated, check, one))), (check, name)
+        failing = tuple(replace(finding, passed=False) for finding in result.findings)
+        every = replace(result, measured=without(result.measured, how, names), findings=failing)
+        spoiled = with_result(spoiled, check, every)
+    assert not re.search(r"\bnan\b", shown(spoiled))
 
 
-@pytest.mark.parametrize("check", JUDGED)
-def test_a_whole_subject_may_be_absent(validated, check):
-    if (result := validated.judged.get(check)) is None:
-        pytest.skip(f"{check} is not part of the run")
-    for subject in result.measured:
-        left = {name: row for name, row in result.measured.items() if name != subject}
-        numbers(with_result(validated, check, replace(result, measured=left)))
-    shown(with_result(validated, check, replace(result, measured={})))
+def test_a_whole_subject_may_be_absent(validated):
+    empty = validated
+    for check, result in validated.judged.items():
+        for subject in result.measured:
+            left = {name: row for name, row in result.measured.items() if name != subject}
+            numbers(with_result(validated, check, replace(result, measured=left)))
+        empty = with_result(empty, check, replace(result, measured={}))
+    shown(empty)
 
 
 def test_the_numbers_of_a_withheld_reading_are_null(validated):

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drawn import drawn
 
 from aero import Channel
 from aero.channels import FINGERS
@@ -146,7 +147,7 @@ def test_every_fault_is_judged():
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of a reading that never came
 @pytest.mark.parametrize(
-    ("quantity", "name"), [(quantity, name) for quantity, names in LEAST.items() for name in names]
+    ("quantity", "name"), drawn([(quantity, name) for quantity, names in LEAST.items() for name in names], 30)
 )
 def test_a_severe_fault_is_felt(quantity, name):
     good, bad = healthy(declared(name)), session(severe(CATALOGUE[name]), firmware=declared(name))
@@ -163,7 +164,7 @@ ONE_FINGER = [
 ]
 
 
-@pytest.mark.parametrize("name", ONE_FINGER)
+@pytest.mark.parametrize("name", drawn(ONE_FINGER, 6))
 def test_a_fault_of_a_finger_leaves_the_other_fingers_alone(name, firm_supply):
     """And one that is not the default finger."""
     bad = session(CATALOGUE[name].at(CATALOGUE[name].steps()[-1], Channel.RING, BEGINS_S), unit=firm_supply)
@@ -173,6 +174,7 @@ def test_a_fault_of_a_finger_leaves_the_other_fingers_alone(name, firm_supply):
         assert np.max(moved) < 0.02, finger
 
 
+@pytest.mark.slow
 def test_a_snapped_cable_stays_slack_however_often_the_hand_homes():
     """Homing wound 0.9 m of slack up in five searches, and the digit was healthy."""
     with open_target(seed=3, faults=[CATALOGUE["cable_snapped"].at(channel=Channel.RING)]) as target:

@@ -3,6 +3,7 @@
 from contextlib import suppress
 
 import pytest
+from drawn import drawn
 from figures.strangers import FIFTH, FIRST, FOURTH, SEVENTH, SIXTH, THIRD
 
 from aero.errors import AeroError
@@ -62,13 +63,13 @@ def test_a_newer_set_repeats_no_older(newer, older):
     assert not set(names) & {*CATALOGUE, *(fault.name for fault in older)}
 
 
-@pytest.mark.parametrize("fault", FIRST, ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", drawn(FIRST, 3), ids=lambda fault: fault.name)
 def test_a_stranger_changes_what_the_driver_sees(fault):
     seconds = 12.0 if fault.at_s < 10.0 else fault.at_s + 10.0
     assert bytes_of(fault, seconds=seconds) != bytes_of(seconds=seconds)
 
 
-@pytest.mark.parametrize("fault", FIRST, ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", drawn(FIRST, 3), ids=lambda fault: fault.name)
 def test_a_stranger_is_gone_with_its_part(fault):
     with open_target(seed=3) as target:
         bench = target.get(Workbench)
@@ -81,7 +82,7 @@ def test_a_stranger_is_gone_with_its_part(fault):
         assert bench.assembly.link.is_idle
 
 
-@pytest.mark.parametrize("fault", [*SIXTH, *SEVENTH], ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", drawn([*SIXTH, *SEVENTH], 4), ids=lambda fault: fault.name)
 def test_a_stranger_of_a_newer_set_leaves_the_hand_as_before_it_moved_with_it(fault):
     with open_target(seed=3) as target:
         bench = target.get(Workbench)
