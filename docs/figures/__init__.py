@@ -9,79 +9,35 @@ A page has a marker:
 
 from __future__ import annotations
 
-import json
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
-from importlib import import_module
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-from aero.whole_file import write_whole
+from figures.inputs import ROOT
+from figures.results import Rows, load
 
-ROOT = Path(__file__).parents[2]
-STORED = Path(__file__).parent / "stored"
-MEASURED = ("actuation_map", "hand_model", "electronics", "safety", "validation", "campaign", "diagnosis")
-"""Modules of this package, each named as its page, whose `TABLES` measure its tables, the quickest first."""
-EXCUSED = {
-    "calibration.currents": "needs sixteen public recordings, which are not in this repository",
-    "calibration.scores": "needs sixteen public recordings, which are not in this repository",
-    "calibration.twins": "two minutes of a core for each twin",
-    "commands.wear": "twenty validations of each of nineteen hands",
-    "driver.faults": "71,500 exchanges for each cell",
-    "driver.schedules": "100,000 exchanges for each cell",
-    "faults.faults": "over a thousand validations",
-    "faults.healthy": "part of the same campaign as faults.faults",
-    "grasps.held": "33 grasps on each of 22 hands",
-    "lerobot.commands": "needs LeRobot, in real time",
-    "safety.busy": "3.3 hours of hand time",
-}
-"""Tables that `--check` does not measure, each with the reason; their captions name the commit."""
-ANOTHER_MUJOCO = 0.06
-"""Relative tolerance of a figure that another version of MuJoCo has measured."""
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
-
-Rows = Sequence[Sequence[str]]
-"""The header, then the rows; the first cell of a row names it."""
-
-
-def functions() -> dict[str, Callable[[], Rows]]:
-    """Return the function of each table that is measured here, by PAGE.NAME."""
-    return {f"{page}.{one.__name__}": one for page in MEASURED for one in import_module(f"figures.{page}").TABLES}
-
-
-def load(name: str) -> dict[str, Any]:
-    """Return a stored result: `command` that shows the figures, `origin` of what made them, `rows`.
-
-    Raises:
-        OSError: there is no such result.
-    """
-    result: dict[str, Any] = json.loads((STORED / f"{name}.json").read_text(encoding="utf-8"))
-    return result
-
-
-def store(name: str, rows: Rows, **changed: str) -> None:
-    """Replace the rows of a stored result, and its `command` or `origin` where given."""
-    result = load(name) | changed
-    lines = ",\n  ".join(json.dumps(list(row), ensure_ascii=False) for row in rows)
-    head = "".join(f' "{key}": {json.dumps(result[key], ensure_ascii=False)},\n' for key in ("command", "origin"))
-    write_whole(STORED / f"{name}.json", f'{{\n{head} "rows": [\n  {lines}\n ]\n}}\n')
 
 
 def differences(stored: Rows, measured: Rows, tolerance: float = 0.0) -> Iterator[str]:
-    """Yield a line for each row that differs in its words, or in a number by more than one unit of the last place.
+    """Yield a line for each measured row that is not stored with the same words and nearly the same numbers.
 
     Args:
-        stored: rows in the page.
-        measured: rows of today.
-        tolerance: relative tolerance of numbers besides.
+        stored: header and rows.
+        measured: header, of stored columns, and rows.
+        tolerance: relative tolerance of numbers; one unit of the last place is always allowed.
     """
-    if len(stored) != len(measured):
-        yield f"{len(stored)} rows stored, {len(measured)} measured"
+    missing = set(measured[0]) - set(stored[0])
+    if missing:
+        yield f"no column {', '.join(sorted(missing))} stored"
         return
-    for old, new in zip(stored, measured, strict=True):
-        if not all(_alike(one, other, tolerance) for one, other in zip(old, new, strict=True)):
-            yield f"stored {' | '.join(old)}; measured {' | '.join(new)}"
+    at = [list(stored[0]).index(name) for name in measured[0]]
+    kept = [[row[place] for place in at] for row in stored[1:]]
+    for row in measured[1:]:
+        if not any(all(_alike(one, other, tolerance) for one, other in zip(old, row, strict=True)) for old in kept):
+            before = next((" | ".join(old) for old in kept if old[0] == row[0]), "no such row")
+            yield f"stored {before}; measured {' | '.join(row)}"
 
 
 def _alike(old: str, new: str, tolerance: float) -> bool:
@@ -94,22 +50,15 @@ def _alike(old: str, new: str, tolerance: float) -> bool:
 
 
 def table(name: str) -> str:
-    """Return a stored result as a table in Markdown, with its command and origin below."""
-    result = load(name)
-    header, *rows = (f"| {' | '.join(row)} |" for row in result["rows"])
-    rule = "|---" * len(result["rows"][0]) + "|"
-    caption = f"{result['command']}; {result['origin']}." if result["origin"] else f"{result['command']}."
-    return "\n".join(("", header, rule, *rows, "", caption, "", ""))
+    """Return a stored result as a table in Markdown, with its command below."""
+    stored = load(name)
+    header, *rows = (f"| {' | '.join(row)} |" for row in stored.rows)
+    return "\n".join(("", header, "|---" * len(stored.rows[0]) + "|", *rows, "", f"{stored.command}.", "", ""))
 
 
 def pages() -> list[Path]:
     """Return the pages that have a table of figures."""
-    every = [
-        ROOT / "README.md",
-        *sorted((ROOT / "docs").glob("*.md")),
-        ROOT / "lerobot_robot_aero/lerobot.md",
-        ROOT / "examples/grasps/grasps.md",
-    ]
+    every = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "examples/grasps/grasps.md"]
     return [page for page in every if "[[[cog cog.out(table(" in page.read_text(encoding="utf-8")]
 
 

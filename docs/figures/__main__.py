@@ -1,61 +1,48 @@
-"""`python -m figures [NAME...]`: measure tables, then write all stored ones into their pages; `--check` compares."""
+"""`python -m figures [NAME...]`: make tables whole, then write all stored ones into their pages; `--sample` checks."""
 
 from __future__ import annotations
 
+import os
 import sys
-import time
+from collections.abc import Iterable
 
 import click
-import mujoco
 
 from aero.exit_code import Exit
 from aero.whole_file import write_whole
-from figures import ANOTHER_MUJOCO, EXCUSED, differences, functions, load, pages, store, written
-from hil.recordings.provenance import source_commit
-
-MUJOCO = f"MuJoCo {'.'.join(mujoco.__version__.split('.')[:2])}"
+from figures import pages, written
+from figures.made import everything, make, sampled
+from figures.results import load
 
 
 @click.command()
 @click.argument("names", nargs=-1, metavar="[NAME]...")
-@click.option("--check", is_flag=True, help="Write nothing; exit with 1 if a figure differs from the stored one.")
-def main(names: tuple[str, ...], check: bool) -> None:
-    """Measure the tables NAME (or `all`), then write every stored table into its page."""
-    known = functions() if names or check else {}
+@click.option(
+    "--sample", is_flag=True,
+    help="Remake only a sample of each, of all whose inputs have changed if none is named; exit with 1 if one differs.",
+)  # fmt: skip
+@click.option("--jobs", default=os.cpu_count(), show_default=True, help="Samples at once.")
+def main(names: tuple[str, ...], sample: bool, jobs: int) -> None:
+    """Make the tables or shipped files NAME whole, then write all tables into their pages."""
+    known = everything()
+    if unknown := [name for name in names if name not in known]:
+        raise click.UsageError(f"{unknown[0]} is not made here; made are {', '.join(known)}")
+    if sample:
+        sys.exit(remake_samples(names or [name for name in known if load(name).stale], jobs))
     for name in names:
-        if name not in known and name != "all":
-            raise click.UsageError(f"{name} is not measured here; measured are {', '.join(known)}, or all")
-    chosen = [name for name in known if name in names or "all" in names or not names]
-    if check:
-        sys.exit(checked(chosen, all_of_them=not names))
-    if chosen and not source_commit():
-        raise click.UsageError("a stored figure names its commit, and git does not know it here")
-    for name in chosen:
-        rows = known[name]()
-        store(name, rows, origin=f"commit {source_commit()}, {MUJOCO}")
-        click.echo(name)
+        found = make(name)
+        click.echo(f"{name}: {found.differs or 'stored'}")
     for page in pages():
         write_whole(page, written(page))
 
 
-def checked(names: list[str], *, all_of_them: bool) -> Exit:
-    """Print the differences of each table, and the tables that are not measured; return the exit code."""
-    bad = [page.name for page in pages() if written(page) != page.read_text(encoding="utf-8")]
-    for name in bad:
-        click.echo(f"{name}: differs from the stored tables; `tox -e figures` writes them")
-    for name, reason in EXCUSED.items() if all_of_them else ():
-        click.echo(f"{name}: not measured, {reason}; {load(name)['origin']}")
-    for name in names:
-        began, stored = time.monotonic(), load(name)
-        tolerance = 0.0 if MUJOCO in stored["origin"] else ANOTHER_MUJOCO
-        found = list(differences(stored["rows"], functions()[name](), tolerance))
-        click.echo(
-            f"{name}: {'differs' if found else 'agrees'} with {stored['origin']}; {time.monotonic() - began:.0f} s"
-        )
-        for line in found:
-            click.echo(f"  {line}")
-        bad += [name] if found else []
-    return Exit.OUT_OF_LIMITS if bad else Exit.WITHIN_LIMITS
+def remake_samples(names: Iterable[str], jobs: int) -> Exit:
+    """Remake samples and print what is found of each; return the exit code."""
+    differ = 0
+    for name, found in sampled(names, jobs):
+        click.echo(f"{name}: {'differs; ' + found.differs if found.differs else 'equal'}")
+        differ += bool(found.differs)
+    return Exit.OUT_OF_LIMITS if differ else Exit.WITHIN_LIMITS
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 
 import mujoco
@@ -11,11 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.actuation import ActuationMap
-from aero.actuation.coefficients import Coefficients, load_coefficients
+from aero.actuation.coefficients import Coefficients, coefficients_from_toml, load_coefficients
 from aero.channels import THUMB, Channel, Joint
 from aero.floats import Floats
 from aero.protocol import MAX_CODE
-from figures import Rows
+from aero.whole_file import write_whole
+from figures.inputs import ROOT
+from figures.results import Rows, Shipped
+from figures.sample_text import rows_of
 from model import RoutedHand
 from model.geometry.winding import WINDING
 from model.routed import TENDONS, build_routed
@@ -26,6 +29,7 @@ from train.identification.map_identification import (
     Capture,
     Identification,
     captured,
+    coefficient_toml,
     comparison,
     ends,
     identify,
@@ -47,6 +51,7 @@ THUMB_RANGES = ((0.0, math.radians(100.0)), (0.026941, 0.0382787), (0.0839985, 0
 PAPER_MM = {"CMC cable by CMC": 12.64, "flexor by MCP and IP together": 18.25}
 """The paper's effective radii of its simulator."""
 
+FILE = "aero/actuation/coefficients/identified.toml"
 GRID_LEVELS = 10
 GRID_HOLD_S = 0.6
 """From one grid node to rest at the next, s."""
@@ -221,4 +226,26 @@ def radii() -> Rows:
     return rows
 
 
+def identified_anew() -> Rows:
+    """The coefficients as identified here."""
+    return _numbers_of(coefficients_from_toml(coefficient_toml(identified(), "right")))
+
+
+def shipped() -> Rows:
+    """The coefficients that ship."""
+    return _numbers_of(load_coefficients("identified"))
+
+
+def make() -> None:
+    """Write the coefficients."""
+    write_whole(ROOT / FILE, coefficient_toml(identified(), "right"))
+
+
+def _numbers_of(coefficients: Coefficients) -> Rows:
+    return rows_of({name: value for name, value in asdict(coefficients).items() if not isinstance(value, str)})
+
+
 TABLES = (windows, coefficients, residuals, radii)
+SHIPPED = {
+    "identified": Shipped((FILE,), (), identified_anew, make, shipped),
+}

@@ -1,74 +1,133 @@
-"""Score the shipped unit on the sixteen recorded runs: `python -m figures.calibration FOLDER`, for docs/calibration.md.
+"""Table of docs/calibration.md, and the factors of intervals in `hil/data/interval_factors.toml`.
 
-The runs are public logs that are not in this repository: run_00_*.npz to run_15_*.npz of the page's source.
+Both record drawn hands, whose numbers are known, and fit a unit to the recording.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
+import math
+import time
+from collections.abc import Mapping, Sequence
 
-import click
 import numpy as np
-from numpy.typing import NDArray
+import tomli_w
 
-from aero.channels import Channel
-from figures import Rows, load, store
-from hil.recordings.provenance import source_commit
+from aero.floats import Floats
+from aero.whole_file import write_whole
+from figures.inputs import ROOT
+from figures.results import Rows, Shipped
+from hil.recordings.recorder import Recorder
+from hil.targets.opening import open_target
+from model.units import Unit
 from model.units.plausible import unit_named
-from train.identification.replay_score import Errors, ReplayScore, score
-from train.identification.trace import load_trace
+from train.identification.calibration import calibrate
+from train.identification.excitation import EXPERIMENT, excitation, play
+from train.identification.trace import Trace
 from train.identification.trace_replay import replay
-from train.identification.unit_parameters import PHASES_S
+from train.identification.uncertainty import COVERAGE_SIGMA, FILE, Intervals
+from train.identification.unit_parameters import PHASES_S, numbers
 
-SCORED = "shipped `reference`, through every byte"
-FULL_STEPS = (14, 15)
-"""The runs at full steps; scores are also given without them."""
-
-
-def positions(result: ReplayScore, readings: list[int]) -> str:
-    """Return the error of positions over all phases, counts rms, of all runs and without those at full steps."""
-    squares = np.array([np.mean(errors.counts**2) for _, errors in result.runs])
-    kept = np.isin(np.arange(len(squares)), FULL_STEPS, invert=True)
-    weights = np.array(readings)
-    return " / ".join(f"{np.sqrt(np.average(squares[of], weights=weights[of])):.2f}" for of in (kept | True, kept))
+TWINS = ("plausible:99200", "plausible:99201")
+MEASURED = "plausible:95000"
+"""Hand of the interval factors."""
+FITTED_SCALE, NEW_SCALE = 0.8, 0.7
+COVERED = 0.95
+"""Share of the numbers of a kind that their intervals hold."""
+ENOUGH = 19
+"""Fewest numbers of a kind whose 95 % factor is known by itself: the largest of 19 holds 19 of 20."""
 
 
-def currents(result: ReplayScore) -> Rows:
-    """Return the errors of currents by channel beside the hand's own, mA."""
-    by_run = [_milliamperes(errors) for _, errors in result.runs]
-    return [
-        ("", *(channel.title for channel in Channel), "all"),
-        *(
-            (name, *(f"{value:.0f}" for value in values))
-            for name, values in (
-                ("all runs", _milliamperes(result.all_runs)),
-                ("median of the runs", np.median(by_run, axis=0)),
-                ("two runs, commanded alike", _milliamperes(result.repeats)),
-            )
-        ),
-    ]
+def recorded(hand: str, motion: str, scale: float, seed: int) -> Trace:
+    """Record one motion of an emulated hand."""
+    with open_target("emulated", unit=hand, seed=seed) as target:
+        recorder = Recorder(target, EXPERIMENT)
+        play(target, recorder, excitation(motion, scale=scale))
+        return Trace.from_recording(recorder.finish(), motion)
 
 
-def _milliamperes(errors: Errors) -> NDArray[np.float64]:
-    each = 1e3 * errors.currents_a
-    return np.append(each, np.sqrt(np.nanmean(each**2)))
+def best_rms(trace: Trace, unit: Unit) -> str:
+    """Return the error of a unit on a recording at its best phase of the telemetry grid, counts rms."""
+    misses = [replay(trace, unit, phase_s=phase).counts - trace.counts for phase in PHASES_S]
+    return f"{min(float(np.sqrt(np.mean(miss**2))) for miss in misses):.2f}"
 
 
-@click.command()
-@click.argument("runs", type=click.Path(exists=True, file_okay=False, path_type=Path))
-def main(runs: Path) -> None:
-    """Score the shipped unit on RUNS, a folder with the sixteen recorded runs, and store the results."""
-    traces, commit = [load_trace(path) for path in sorted(runs.glob("run_*.npz"))], source_commit()[:12]
-    unit = unit_named("reference")
-    # A recording does not contain its phase.
-    replays = [[replay(trace, unit, phase_s=phase) for phase in PHASES_S] for trace in traces]
-    result = score(traces, replays)
-    row = [SCORED, positions(result, [len(trace.t_read) for trace in traces]), "", commit]
-    origin = "sixteen recorded runs of one right hand"
-    rows = [row if old[0] == SCORED else old for old in load("calibration.scores")["rows"]]
-    store("calibration.scores", rows, origin=f"{origin}; commit {', '.join(sorted({old[-1] for old in rows[1:]}))}")
-    store("calibration.currents", currents(result), origin=f"{origin}; commit {commit}")
+def twins() -> Rows:
+    """Error of twins on the recording that they are fitted to, and on one with other noise and scale."""
+    kinds = ("truth", "twin", "`reference`")
+    head = ["hand", *(f"fitted to, {kind}" for kind in kinds), *(f"new, {kind}" for kind in kinds)]
+    return [[*head, "worst take-up, mm", "arrived", "core-seconds"], *map(_twin, TWINS)]
 
 
-if __name__ == "__main__":
-    main()
+def _twin(hand: str) -> list[str]:
+    fitted_to, new = recorded(hand, "all", FITTED_SCALE, 1), recorded(hand, "all", NEW_SCALE, 2)
+    began = time.process_time()
+    found = calibrate([fitted_to], unit_named("reference"))
+    core_s = time.process_time() - began
+    units = (unit_named(hand), found.unit, unit_named("reference"))
+    off_m = np.subtract(*(numbers(one)["hand.cable_take_up"] for one in units[:2]))
+    errors = [best_rms(trace, one) for trace in (fitted_to, new) for one in units]
+    return [hand, *errors, f"{1e3 * np.abs(off_m).max():.2f}", "yes" if found.arrived else "no", f"{core_s:.0f}"]
+
+
+def first_recording() -> Rows:
+    """Part of `twins` without a fit."""
+    trace = recorded(TWINS[0], "all", FITTED_SCALE, 1)
+    errors = [best_rms(trace, unit_named(name)) for name in (TWINS[0], "reference")]
+    return [["hand", "fitted to, truth", "fitted to, `reference`"], [TWINS[0], *errors]]
+
+
+def measured_recording() -> Rows:
+    """Recording behind the interval factors, and the errors of two units on it."""
+    trace = recorded(MEASURED, "steps", FITTED_SCALE, 95_000)
+    errors = [best_rms(trace, unit_named(name)) for name in (MEASURED, "reference")]
+    return [["hand", "readings", "truth, counts rms", "`reference`"], [MEASURED, str(len(trace.counts)), *errors]]
+
+
+def interval_factors() -> str:
+    """Return the factors by which intervals are wider than their standard deviations, as TOML."""
+    trace = recorded(MEASURED, "steps", FITTED_SCALE, 95_000)
+    found = calibrate([trace], unit_named("reference"), factors={"servos": 1.0, "hand": 1.0})
+    off = deviations(numbers(found.unit), numbers(unit_named(MEASURED)), found.intervals)
+    least = conformal_factor([value for values in off.values() for value in values])
+    factors = {"hand": least, "servos": least}
+    for name, values in off.items():
+        if not name.startswith("servos"):
+            own = conformal_factor(values)
+            factors[name] = own if len(values) >= ENOUGH else max(own, least)
+    head = "# Factors of intervals over their standard deviations, by kind of number (uncertainty.py).\n"
+    head += f"# Made by `python -m figures calibration.interval_factors` from one hand, {MEASURED}.\n"
+    return head + tomli_w.dumps({"factors": {name: round(factor, 2) for name, factor in factors.items()}})
+
+
+def deviations(values: Mapping[str, Floats], truth: Mapping[str, Floats], known: Intervals) -> dict[str, Floats]:
+    """Return the error of each fitted number in standard deviations of its 95 % interval, arrays by `section.field`."""
+    found = {}
+    for name, (low, high) in known.items():
+        fitted = (low < high) & (values[name] != 0.0)
+        value, above, true = values[name][fitted], high[fitted], truth[name][fitted]
+        if not name.endswith("take_up"):
+            value, above, true = (np.log(np.abs(one)) for one in (value, above, true))
+        found[name] = COVERAGE_SIGMA * np.abs(true - value) / np.abs(above - value)
+    return found
+
+
+def conformal_factor(off: Sequence[float] | Floats) -> float:
+    """Return the factor with which intervals hold a further number in 95 of 100 cases, at least 1.
+
+    Split conformal prediction: the k-th smallest of n, k = 0.95 (n + 1) rounded up, or the largest if n is too small.
+
+    Args:
+        off: errors of the numbers of one kind, standard deviations.
+    """
+    k = min(math.ceil(COVERED * (len(off) + 1)), len(off))
+    return max(1.0, float(np.sort(off)[k - 1]) / COVERAGE_SIGMA) if k else 1.0
+
+
+def make() -> None:
+    """Measure the interval factors and write them, in some minutes of one core."""
+    write_whole(ROOT / "hil" / "data" / FILE, interval_factors())
+
+
+TABLES = (twins,)
+SAMPLES = {twins: first_recording}
+SHIPPED = {"interval_factors": Shipped((f"hil/data/{FILE}",), (), measured_recording, make)}

@@ -10,12 +10,13 @@ from random import Random
 from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP, named_driver
 from rich.console import Console
 
-from figures import ROOT, Rows
+from figures.inputs import ROOT
+from figures.results import Rows
 from hil.emulated.faults import CATALOGUE, parse_fault
 from hil.recordings.provenance import source_commit
 from train.campaign.store import opened
 from train.campaign.summary import NOT_FIRED, false_alarms, flagged, right_part, told
-from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, healthy_hands
+from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, healthy_hands, perform
 from train.cli.campaign import run_trials
 from train.share import Share
 from train.workers import usable_cores, worker_processes
@@ -112,4 +113,13 @@ def _cells(share: Share) -> list[str]:
     return [f"{share.count} of {share.of}", f"{100 * low:.1f} % to {100 * high:.1f} %"]
 
 
+def three_hands() -> Rows:
+    """Return the outcomes of a healthy hand and of the first two faults."""
+    count = sum(hands for _, _, hands in HEALTHY)
+    found = map(perform, (trials()[0], *trials()[count : count + 2]))
+    rows = [[one.trial.key, ", ".join(one.failed), ", ".join(one.suspects), one.ended] for one in found]
+    return [["hand", "failed", "suspects", "ended"], *rows]
+
+
 TABLES = (verdict, alarms)
+SAMPLES = dict.fromkeys(TABLES, three_hands)

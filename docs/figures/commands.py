@@ -1,7 +1,6 @@
 """Tables of docs/commands.md: emulated hands that wear over twenty weekly runs, and the runs at which that is reported.
 
-`python -m figures.commands FOLDER` in the environment of `tox -e figures` validates the hands into FOLDER and stores
-the table, in about 20 minutes of one core. Started again, it continues.
+The hands are validated into `build/wear`, in about 20 minutes of one core; after an interruption the rest is.
 """
 
 from __future__ import annotations
@@ -15,18 +14,18 @@ from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
-import click
-
 from aero.channels import CABLES, Channel
-from figures import Rows, store
+from figures.inputs import ROOT
+from figures.results import Rows
 from hil import open_target
 from hil.emulated.faults import CATALOGUE
 from hil.history.drift import Track, drifts_of, tracks_of
 from hil.history.runs import of_hand, runs_in
-from hil.recordings.provenance import source_commit
 from hil.report.results import write_figures
+from hil.verdict.judged_run import Validation
 from hil.verdict.validation import validate
 from model.units.conditions import drawn
 
@@ -108,7 +107,7 @@ def lived(hand: WornHand, place: Path) -> Told:
     return Told(told, (min(passed) - BEGIN) // EVERY + 1 if passed else None, sentence)
 
 
-def _run(hand: WornHand, run: int, folder: Path) -> None:
+def _run(hand: WornHand, run: int, folder: Path) -> Validation:
     date = BEGIN + run * EVERY
     seed = hand.seed * RUNS + run
     opening = open_target(
@@ -118,11 +117,24 @@ def _run(hand: WornHand, run: int, folder: Path) -> None:
         if hand.fault and run:
             # After the homing, which would compensate a cable's length: a board keeps its zeros for months.
             target.inject(CATALOGUE[hand.fault].at(hand.severity * run / (RUNS - 1), hand.channel))
-        write_figures(validate(target, EXPERIMENTS, folder=folder), folder)
+        validation = validate(target, EXPERIMENTS, folder=folder)
+        write_figures(validation, folder)
+        return validation
 
 
-def wear(place: Path) -> Rows:
+def last_run() -> Rows:
+    """Readings of the first hand at its last run."""
+    with TemporaryDirectory() as folder:
+        numbers = _run(KINDS["springs that tire"][0], RUNS - 1, Path(folder)).numbers
+    subjects = (f"{name} {subject}" for name in numbers for subject in numbers[name])
+    values = (one for of_one in numbers.values() for one in of_one.values())
+    texts = (" ".join(f"{value:.5g}" for value in one.values()) for one in values)
+    return [["subject", "readings"], *([name, text] for name, text in zip(subjects, texts, strict=True))]
+
+
+def wear() -> Rows:
     """Hands of each kind of wear whose drift is reported before a limit is passed."""
+    place = ROOT / "build" / "wear"
     rows = [["wear", "drift reported before a limit is passed", "reported at run", "a limit was passed", "at run"]]
     with ProcessPoolExecutor(WORKERS, get_context("fork")) as pool:
         for name, some in KINDS.items():
@@ -146,12 +158,5 @@ def row(name: str, found: Sequence[Told]) -> list[str]:
     ]
 
 
-@click.command()
-@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
-def main(folder: Path) -> None:
-    """Validate hands that wear into FOLDER and store the table."""
-    store("commands.wear", wear(folder), origin=f"commit {source_commit()[:7]}")
-
-
-if __name__ == "__main__":
-    main()
+TABLES = (wear,)
+SAMPLES = {wear: last_run}

@@ -17,7 +17,8 @@ import click
 from owner import is_right, play
 
 from aero.side import Side
-from figures import ROOT, Rows
+from figures.inputs import ROOT
+from figures.results import Rows
 from figures.strangers import SEVENTH
 from hil.emulated.faults import CATALOGUE
 from hil.emulated.faults.fault import Fault, Injection
@@ -170,4 +171,14 @@ def row_of(name: str, ends: Sequence[CaseEnd]) -> list[str]:
     ]
 
 
+def two_cases() -> Rows:
+    """Return the ends of a drawn fault's case and of a healthy hand's."""
+    found = [played(row, 0) for row in (0, len(ALL) - 1)]
+    return [
+        ["faults", "found", "convicted", "steps"],
+        *([one.faults, str(one.found), one.convicted, ", ".join(one.steps)] for one in found),
+    ]
+
+
 TABLES = (cases,)
+SAMPLES = {cases: two_cases}

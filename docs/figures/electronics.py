@@ -9,7 +9,7 @@ import numpy as np
 import hil
 from aero import AeroHand
 from aero.channels import Channel
-from figures import Rows
+from figures.results import Rows
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink

@@ -20,8 +20,8 @@ from servo_law import towards
 
 from aero.actuation.coefficients import load_coefficients
 from aero.channels import CABLES, FINGERS
-from figures import Rows
 from figures.actuation_map import thumb_grid
+from figures.results import Rows
 from firmware_emulator.plant import Drive
 from hil.checks.staircase.reachable_range import calibrated_range
 from model import RoutedHand, build_routed

@@ -1,4 +1,4 @@
-"""`python -m figures.picture`: draw docs/failing_report.png, the top of the report on a hand whose ring motor is dead.
+"""Drawing of docs/failing_report.png, the top of the report on a hand whose ring motor is dead.
 
 Chromium renders the page that `aero-hil validate --fault motor_dead:ring` writes.
 """
@@ -11,11 +11,10 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import click
 from PIL import Image
 
 from aero.exit_code import Exit
-from figures import ROOT
+from figures.inputs import ROOT
 
 PICTURE = ROOT / "docs" / "failing_report.png"
 VALIDATE = ("-m", "aero_hil", "validate", "--fault", "motor_dead:ring", "--out")
@@ -25,16 +24,15 @@ COLOURS = 64
 """Of the palette, which keeps the file below 50 kB."""
 
 
-@click.command()
-def main() -> None:
+def write_report() -> None:
     """Validate the hand, render its report and write the picture."""
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
-        raise click.UsageError(f"no browser to render with; install one of {', '.join(BROWSERS)}")
+        raise RuntimeError(f"no browser to render with; install one of {', '.join(BROWSERS)}")
     with TemporaryDirectory() as folder:
         done = subprocess.run((sys.executable, *VALIDATE, folder), check=False)
         if done.returncode != Exit.OUT_OF_LIMITS:
-            raise click.ClickException(f"the validation ended with {done.returncode}, not {int(Exit.OUT_OF_LIMITS)}")
+            raise RuntimeError(f"the validation ended with {done.returncode}, not {int(Exit.OUT_OF_LIMITS)}")
         shot = Path(folder) / "shot.png"
         window = f"--window-size={SIZE_PX[0]},{SIZE_PX[1]}"
         report = Path(folder, "report.html").as_uri()
@@ -42,8 +40,3 @@ def main() -> None:
         subprocess.run((browser, *options, window, f"--screenshot={shot}", report), check=True, capture_output=True)
         with Image.open(shot) as picture:
             picture.convert("RGB").quantize(COLOURS).save(PICTURE, optimize=True)
-    click.echo(f"{PICTURE}: {PICTURE.stat().st_size // 1000} kB")
-
-
-if __name__ == "__main__":
-    main()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from stopping_times import LATE, STOPPINGS
 
-from figures import Rows
+from figures.results import Rows
 
 SEEDS = range(3)
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from functools import cache
 
 import hil
 from aero.channels import Channel
-from figures import Rows
+from figures.results import Rows
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.excursion.check import simulated_fist
 from hil.checks.staircase.tracking import staircase_metrics
@@ -80,8 +81,17 @@ def excursion() -> Rows:
 
 def units() -> Rows:
     """Checks out of limits by unit, firmware and channel; experiments that follow a failed one run all the same."""
+    return _out_of_limits(UNITS)
+
+
+def paper_unit() -> Rows:
+    """Two rows of `units`."""
+    return _out_of_limits(UNITS[2:4])
+
+
+def _out_of_limits(units: Sequence[tuple[str, str]]) -> Rows:
     rows = [["unit", "firmware", "out of limits", *SUBJECTS.values()]]
-    for unit, firmware in UNITS:
+    for unit, firmware in units:
         with hil.open_target("emulated", unit=unit, firmware=firmware, seed=0, homed=True) as target:
             found = [finding for name in JUDGED for finding in validate(target, [name]).findings]
         by_subject = Counter(finding.subject for finding in failed(found))
@@ -92,3 +102,4 @@ def units() -> Rows:
 
 
 TABLES = (staircase, excursion, units)
+SAMPLES = {units: paper_unit}

@@ -4,19 +4,16 @@
 result, `docs/figures/stored/lerobot.commands.json`.
 """
 
-import os
 import re
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.metadata import version
 from itertools import product
 from pathlib import Path
 
 import numpy as np
-from figures import store
 from lerobot.datasets import LeRobotDataset
 from lerobot_robot_aero.angles import AngleMap
 from page_commands import OPENED, begun, done, wait_for
@@ -26,7 +23,6 @@ from aero import JOINT_BOX_RAD, ActuationMap, AeroHand, Channel
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE
 from hil.recordings.mcap_file import read_recording
-from hil.recordings.provenance import source_commit
 from hil.recordings.wire_file import with_series
 
 FPS, EPISODES, EPISODE_S, TELEOPERATED_S = 30, 3, 10, 30
@@ -154,16 +150,13 @@ def corrected() -> dict[str, str]:
 
 
 def main(folder: Path) -> None:
-    """Measure everything and store it."""
+    """Measure everything and print it."""
     command = "aero-hil run-policy --empty --seconds 10 --record motion.mcap"
     subprocess.run([sys.executable, "-m", "hil.cli", *command.split()[1:]], cwd=folder, check=True)
     broken_off = (interrupted(folder, episode) for episode in (2, 0))
     rows = [recorded(folder), replayed(folder), teleoperated(folder), *broken_off, corrected()]
-    origin = (
-        f"seeds 0 and {SEEDS[0]} to {SEEDS[-1]}; LeRobot {version('lerobot')}, unit reference in real time, "
-        f"{os.cpu_count()} cores at a load of {os.getloadavg()[2]:.0f}; commit {source_commit()[:7]}"
-    )
-    store("lerobot.commands", [list(rows[0]), *(list(row.values()) for row in rows)], origin=origin)
+    for row in rows:
+        print(" | ".join(row.values()))
 
 
 if __name__ == "__main__":

@@ -93,6 +93,7 @@ def calibrate(
     *,
     firmware: str | None = None,
     free: tuple[Free, ...] = FREE,
+    factors: Mapping[str, float] | None = None,
     jobs: int = 1,
     report: Report = lambda _line: None,
     progress: Callable[[float, float], None] = lambda _done_s, _about_s: None,
@@ -106,6 +107,7 @@ def calibrate(
         start: starting unit; numbers that the traces do not determine stay near its values.
         firmware: firmware of the hand; None for the recordings' declaration, or `DEFAULT_FIRMWARE` without one.
         free: free numbers, of which the traces determine a subset.
+        factors: factors of the intervals by kind of number; None for the shipped ones.
         jobs: number of processes for the replays.
         report: called with lines of progress.
         progress: called after each replay with the replayed seconds of recordings and an estimate of their total.
@@ -160,7 +162,7 @@ def calibrate(
         noise = noise_counts(found.residuals)
         slopes = without_rounding(found.slopes, model.free)
         errors = covariance(found.residuals, slopes, spreads(model), kept_slopes, spreads(fitted), noise=noise)
-        errors = widened(errors, factors_of(model.free, interval_factors()), spreads(model))
+        errors = widened(errors, factors_of(model.free, factors or interval_factors()), spreads(model))
         known = intervals(model.numbers, found.x, errors)
         believed = intervals(model.numbers, found.x, np.diag(spreads(model) ** 2))
         from_readings = told(known, believed)

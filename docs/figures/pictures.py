@@ -1,0 +1,72 @@
+"""Pictures of the pages, each with a sample of what it shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import hil
+from aero.policy.running import RunSettings
+from aero.policy.shipped import DEFAULT, find_policy
+from figures.inputs import ROOT
+from figures.picture import write_report
+from figures.results import Rows, Shipped
+from figures.sample_text import numbers, rows_of
+from hil.cli.export import export_command
+from hil.cli.run_policy import run_policy
+from hil.targets.hand_spec import HandSpec
+from hil.verdict.sentences import channel_sentences
+from hil.verdict.validation import validate
+from model.pictures import POSE, write_picture
+from model.routed import build_routed
+from model.scene import CUBE
+from train.evaluation.cube_trial import run_trial
+
+DOCS = ROOT / "docs"
+
+
+def failing_report() -> Rows:
+    """Sentences of the report in the picture."""
+    with hil.open_target("emulated", faults=("motor_dead:ring",)) as target:
+        found = validate(target)
+    return [("sentences",), [found.tally.words], *([one] for one in channel_sentences(found))]
+
+
+def turning() -> Rows:
+    """The cube of the film, after two seconds."""
+    trial = run_trial(find_policy(DEFAULT), HandSpec(unit="reference", cube=CUBE), RunSettings(seconds=2.0))
+    return [("rate, rad/s", "kept"), [f"{trial.rate_rad_s:.3f}", str(trial.kept)]]
+
+
+def routed_picture() -> Rows:
+    """Places of the bodies of the hand in the picture."""
+    compiled = build_routed().compile()
+    names = [compiled.body(place).name for place in range(compiled.nbody)]
+    bodies = [[name, numbers(compiled.body(name).pos)] for name in names]
+    return [("body", "place, m"), *bodies, ["pose, rad", numbers(POSE.values())]]
+
+
+def view() -> Rows:
+    """Excursions of the hand on the page in the picture."""
+    with hil.open_target("emulated") as target:
+        found = validate(target, ["presence", "audit", "excursion"])
+    return rows_of(found.numbers["excursion"])
+
+
+def make_film() -> None:
+    """Run the policy for 8 s and film it; needs OpenGL."""
+    with TemporaryDirectory() as folder:
+        recorded, film = str(Path(folder) / "turning.mcap"), str(DOCS / "turning.gif")
+        run_policy(["--unit", "reference", "--seconds", "8", "--record", recorded], standalone_mode=False)
+        export_command([recorded, "--out", film], standalone_mode=False)
+
+
+SHIPPED = {
+    "failing_report": Shipped(("docs/failing_report.png",), ("hil.report.page",), failing_report, write_report),
+    "turning": Shipped(("docs/turning.gif",), (), turning, make_film),
+    "routed_hand": Shipped(
+        ("docs/routed_hand.png",), (), routed_picture, lambda: write_picture(build_routed(), DOCS / "routed_hand.png")
+    ),
+    # `aero-hil validate --view --only presence --only audit --only excursion`, photographed in a browser.
+    "view": Shipped(("docs/view.png",), ("hil.view.scene",), view),
+}
