@@ -307,7 +307,10 @@ def _fault_texts(item: pytest.Item) -> tuple[str, ...]:
 
 
 def _shared(config: pytest.Config) -> SharedHand:
-    """Return the hand of the session, opening it on first use; raise UsageError if it cannot be opened."""
+    """Return the hand of the session, opened on first use and once it is lost; raise UsageError if that fails."""
+    if _SHARED in config.stash and config.stash[_SHARED].lost:
+        config.stash[_SHARED].close()
+        del config.stash[_SHARED]
     if _SHARED not in config.stash:
         opened = ExitStack()
         try:
@@ -321,7 +324,7 @@ def _shared(config: pytest.Config) -> SharedHand:
         lent_hand = _ours("hil.emulated.lent_hand")
         if config.option.aero_hil not in SOFTWARE:  # like tests with a mark `fault`
             target = lent_hand.refusing_acts(target, lambda _: pytest.skip(lent_hand.NOT_EMULATED))
-        config.stash[_SHARED] = lent_hand.SharedHand(target)
+        config.stash[_SHARED] = lent_hand.SharedHand(target, opened.close)
     return config.stash[_SHARED]
 
 

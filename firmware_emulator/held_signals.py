@@ -28,8 +28,8 @@ class HeldSignals:
 
     _present: "HeldSignals | None" = None
 
-    def __init__(self, on_signal: Callable[[], object]) -> None:
-        """Create a hold; `on_signal` is called at each held signal, in the middle of the event."""
+    def __init__(self, on_signal: Callable[[], object] = lambda: None) -> None:
+        """Create a hold; `on_signal` is called at each held signal, in the middle of the block."""
         self._on_signal = on_signal
         self._before: dict[int, Callable[[int, FrameType | None], object]] = {}
         self._caught: list[int] = []

@@ -74,8 +74,17 @@ class SharedHand:
     """The hand of a test session."""
 
     target: Target
+    close: Callable[[], object] = lambda: None
     kept: tuple[str, ...] = ()
     used: bool = False
+    _restored: bool = True
+    """False while the acts of a test are undone, which its time-out may interrupt."""
+
+    @property
+    def lost(self) -> bool:
+        """True for an emulated hand that an exception has left in the middle of an event; it never answers again."""
+        truth = self.target.find(GroundTruth)
+        return truth is not None and truth.electronics.kernel.left
 
     def present(self) -> tuple[str, ...]:
         """Return the acts that describe the hand's present state."""
@@ -92,10 +101,14 @@ class SharedHand:
 
     def end_test(self) -> None:
         """Undo the acts of a test; keep those of active fixtures."""
+        self._restored = False
         self.target.get(HandBench).restore(self.kept)
+        self._restored = True
 
     def left_behind(self) -> tuple[str, ...]:
         """Wait until the hand is at rest, and return the acts that an earlier test did not undo."""
+        if not self._restored:
+            self.end_test()
         if self.used:
             at_rest(self.target, HANDOVER_TRIES)
         self.used = True

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from firmware_emulator.held_signals import HeldSignals
 from hil.emulated.faults.catalogue import channel_named, named, parse_fault
 from hil.emulated.faults.workbench import Workbench
 from hil.verdict.part import Part
@@ -65,5 +66,15 @@ def act(workbench: Workbench, text: str) -> str:
     if not least <= len(words) <= len(chosen.takes):
         raise ValueError(f"it is written {' '.join((name, *chosen.takes))}, not {text!r}")
     taken: list[Any] = [READS[kind.strip("[]")](word) for kind, word in zip(chosen.takes, words, strict=False)]
-    chosen.do(workbench, *taken)
+    held = HeldSignals()  # half an act would be in no state that another one undoes
+    try:
+        held.hold()
+        chosen.do(workbench, *taken)
+    except ValueError:  # refused
+        raise
+    except BaseException:
+        workbench.electronics.kernel.left = True
+        raise
+    finally:
+        held.release()
     return workbench.done[-1][1]
