@@ -47,6 +47,8 @@ SETTLED_S = 0.4
 """Settling time of a channel that is commanded open, s."""
 GRID_S = 0.020
 """Common multiple of the telemetry periods of all firmware versions, s."""
+NPZ_ARRAYS = frozenset({"t_cmd", "cmd", "t_pos", "pos", "cur_ma", "temp_c", "span_counts"})
+"""Arrays of an `.npz` log; further ones, such as names of poses, are ignored."""
 LARGEST_BYTES = 128 * 2**20
 """Largest size of an `.npz` log, unpacked: two hours of commands and readings every 20 ms."""
 
@@ -161,9 +163,9 @@ class Trace:
         """
         try:
             arrays = read_npz(path, LARGEST_BYTES)
-            if missing := {"t_cmd", "cmd", "t_pos", "pos", "cur_ma", "temp_c", "span_counts"} - set(arrays):
+            if missing := NPZ_ARRAYS - set(arrays):
                 raise ValueError(f"it lacks {', '.join(sorted(missing))}")
-            return cls._of_arrays({key: np.asarray(values, float) for key, values in arrays.items()}, path.stem)
+            return cls._of_arrays({key: np.asarray(arrays[key], float) for key in NPZ_ARRAYS}, path.stem)
         except (ValueError, TypeError, LookupError) as error:
             raise ValueError(f"{path} is not an .npz log of a hand: {error}") from error
 

@@ -35,8 +35,8 @@ def write(tmp_path, fields):
     return path
 
 
-def test_npz_comes_in_command_order_and_counts(tmp_path):
-    trace = load_trace(write(tmp_path, log()))
+def test_npz_comes_in_command_order_and_counts_whatever_else_it_holds(tmp_path):
+    trace = load_trace(write(tmp_path, log(event=np.array(["rest", "sample", "rest"]))))
     assert trace.t_command.tolist() == [0.0, 0.2]
     assert trace.codes.tolist() == [[32768] * 7] * 2
     # The wire carries abduction, flexion and flexor first.
