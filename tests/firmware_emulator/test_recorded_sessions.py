@@ -16,6 +16,7 @@ from firmware_emulator.compare.run import compare, contender
 from firmware_emulator.compare.trace_file import TraceFileError, read_traces, write_traces
 from firmware_emulator.servo import servo
 from firmware_emulator.servo.parameters import HLS3606M
+from firmware_emulator.servo.protection import TEMPERATURE, Protection
 
 TRACES = Path(__file__).parent / "traces"
 RECORDED = {
@@ -43,6 +44,8 @@ RECORDED_SERVOS = replace(
     current_rise_ma=32.0,
     current_knee_counts=32.0,
     current_blocked_counts=math.inf,
+    rest_temperature_c=38.0,
+    cooling_s=400.0,
 )
 """Emulated servos behind the real firmware in the recordings; its events hold their readings."""
 
@@ -58,9 +61,18 @@ class RecordedWarmth(NamedTuple):
         return RecordedWarmth(final + (self.case_c - final) * math.exp(-seconds / parameters.cooling_s))
 
 
+class RecordedProtection(Protection):
+    """Protection of the servos in the recordings: a cut-out at 70 °C that a new goal ends."""
+
+    def status(self, memory, seconds):
+        hot = memory.get("present_temperature") > 70
+        return super().status(memory, seconds) | (TEMPERATURE if hot else 0)
+
+
 @pytest.fixture(autouse=True)
-def recorded_warmth(monkeypatch):
+def recorded_heat(monkeypatch):
     monkeypatch.setattr(servo, "Warmth", RecordedWarmth)
+    monkeypatch.setattr(servo, "Protection", RecordedProtection)
 
 
 def differences(version, hand, path, *, kind=None):

@@ -171,12 +171,12 @@ def test_overload_that_is_not_among_the_unload_conditions_does_nothing():
 
 
 def test_a_blocked_hls_servo_is_not_overloaded_and_heats_up_until_its_temperature_ends_it():
-    """The HLS table names the bit and no threshold; of its protections, temperature (13) is left: 70 degrees."""
+    """The HLS table names the bit and no threshold; of its protections, temperature (13) is left: 80 degrees."""
     bus, plant = blocked(HLS3606M, 30.0)
     assert bus.read(65, 1) == 0
     assert effort(plant) == pytest.approx(HLS3606M.stall_torque, rel=0.02)
     assert bus.read(63, 1) > 45
-    bus.servo.heat_to(71.5)
+    bus.servo.heat_to(81.5)
     bus.wait(0.3)
     assert bus.read(65, 1) == 0x04
     assert bus.read(40, 1) == 0
