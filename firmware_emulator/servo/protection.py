@@ -28,16 +28,23 @@ VOLTAGE, TEMPERATURE, CURRENT, OVERLOAD = (
 )
 
 
-class Protection:
-    """Check of the measurements; over-current and overload latch, temperature and voltage do not.
+COOLED_K = 10.0
+"""Cooling below the maximum temperature (register 13) that ends a cut-out, K (assumption: the maker's FAQ says only
+that a hot servo takes no command until it has cooled)."""
 
-    A trip removes its own cause, so the bits latch until the torque is enabled again; a new goal also clears the
-    overload (assumptions).
+
+class Protection:
+    """Check of the measurements; over-current, overload and temperature latch, voltage does not.
+
+    A trip removes its own cause, so over-current and overload latch until the torque is enabled again; a new goal also
+    clears the overload (assumptions). Over-temperature lasts until the servo has cooled by `COOLED_K`.
     """
 
     def __init__(self, model: ServoModel = HLS3606M) -> None:
         """Create the untripped protections of a servo model."""
         self._has_overload = model.has("holding_torque")
+        self.hot = False
+        """Whether the maximum temperature was exceeded and the servo has not cooled since."""
         self.release()
 
     def release(self) -> None:
@@ -53,7 +60,9 @@ class Protection:
         voltage = memory.get("present_voltage")
         if not memory.get("min_voltage") <= voltage <= memory.get("max_voltage"):
             status |= VOLTAGE
-        if memory.get("present_temperature") > memory.get("max_temperature"):
+        below = memory.get("max_temperature") - memory.get("present_temperature")
+        self.hot = below < (COOLED_K if self.hot else 0.0)
+        if self.hot:
             status |= TEMPERATURE
         over = abs(memory.get("present_current")) > memory.get("protection_current")
         self._over_current_s = self._over_current_s + seconds if over else 0.0

@@ -20,7 +20,7 @@ from firmware_emulator.servo.model_file import FEEDBACK
 from firmware_emulator.servo.models import model_of
 from firmware_emulator.servo.parameters import COUNTS_PER_TURN, CURRENT_UNIT_MA, ServoParameters
 from firmware_emulator.servo.profile import Trapezoid, plan
-from firmware_emulator.servo.protection import OVERLOAD, Protection
+from firmware_emulator.servo.protection import OVERLOAD, TEMPERATURE, Protection
 from firmware_emulator.servo.shafts import Shafts
 
 MIDDLE = 128
@@ -77,6 +77,8 @@ class Servo:
         self._last_goal: tuple[int, bytes] | None = None
         self._protection = Protection(self.model)
         self._held: tuple[int, bytes] | None = None
+        self._enable_when_cool = control.OFF
+        """Torque register to restore once a cut-out servo has cooled."""
         self._take_address()
 
     @property
@@ -114,6 +116,8 @@ class Servo:
         written = range(address, address + len(data))
         if _meet(written, self._goal):
             self.memory.set("torque_enable", control.ON)
+        if self._protection.hot and (self._torque in written or _meet(written, self._goal)):
+            self._wait_until_cool()
         if _meet(written, self._control):
             self._control_written()
         if _meet(written, self._offset):
@@ -140,6 +144,7 @@ class Servo:
         speed = self.frame.counts_per_rad * self._shafts.sample().speeds[self._mounting.shaft]
         self._heat = self._heat.after(current_a, speed, seconds, self.parameters)
         feedback.temperature_c = sum(self._heat)
+        was_hot = self._protection.hot
         feedback.status = self._protection.status(memory, seconds)
         memory.set("status", feedback.status)
         unload = memory.get("unload_conditions")
@@ -148,8 +153,20 @@ class Servo:
         # Overload keeps the holding torque; the other protections switch the torque off.
         if feedback.status & unload & ~OVERLOAD and memory.get("torque_enable"):
             self._last_goal = None
+            if self._protection.hot:
+                self._wait_until_cool()
             memory.set("torque_enable", control.OFF)
             self._control_written()
+        elif was_hot and not self._protection.hot and self._enable_when_cool:
+            memory.set("torque_enable", self._enable_when_cool)
+            self._enable_when_cool = control.OFF
+            self._control_written()
+
+    def _wait_until_cool(self) -> None:
+        """Switch the torque off, and store the torque register for the time after cooling."""
+        if self.memory.get("unload_conditions") & TEMPERATURE:
+            self._enable_when_cool = self.memory.get("torque_enable")
+            self.memory.set("torque_enable", control.OFF)
 
     def exchange_heat(self, other: Self) -> None:
         """Exchange case and motor temperatures with another servo, as two servos that change places do."""
@@ -212,7 +229,7 @@ class Servo:
 
     def _start_over(self) -> None:
         self._held = self._last_goal = None
-        self._protection.release()
+        self._protection = Protection(self.model)
         self.feedback.status = 0
         self._take_address()
         self.frame.set_offset(self.memory.get("offset"))

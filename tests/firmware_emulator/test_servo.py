@@ -227,20 +227,50 @@ def test_reboot_is_silent_and_deaf_for_a_while():
     assert bus.read(46) == 32766
 
 
-def test_too_hot_a_servo_lets_go_says_so_and_takes_no_goal():
+def test_a_cut_out_servo_waits_until_it_has_cooled_and_then_goes_to_the_last_goal():
+    """Maker's FAQ: it cuts out at 80 °C, takes no command until it has cooled, and then resumes."""
     bus = Bus()
     bus.write_word(42, 3000)
-    bus.servo.heat_to(75.0)
-    bus.wait(0.1)
-    assert bus.say(1)[4] == 0x04
-    assert bus.read(65, 1) == 0x04
-    assert bus.read(40, 1) == 0
-    bus.write_word(42, 2000)
+    bus.servo.heat_to(81.5)
+    bus.wait(0.2)
+    assert bus.say(1)[4] == bus.read(65, 1) == 0x04
+    for celsius in (81.5, 79.0, 71.5):
+        bus.servo.heat_to(celsius)
+        for goal in (2000, 2100):
+            bus.write_word(42, goal)
+            assert bus.read(40, 1) == 0
+            bus.wait(0.3)
+            assert bus.read(40, 1) == 0
+            assert bus.read(69) & 0x7FFF <= 8
+    bus.servo.heat_to(69.0)
     bus.wait(1.0)
-    assert bus.read(40, 1) == 0
-    bus.servo.heat_to(60.0)
-    bus.wait(0.1)
     assert bus.say(1)[4] == 0
+    assert bus.read(40, 1) == 1
+    assert bus.position() == pytest.approx(2100, abs=2)
+
+
+@pytest.mark.parametrize(("writes", "after"), [([], 1), ([(40, 0)], 0), ([(40, 0), (40, 1)], 1), ([(40, 2)], 2)])
+def test_a_cooled_servo_has_the_torque_last_asked_for(writes, after):
+    bus = Bus()
+    bus.write_word(42, 3000)
+    bus.servo.heat_to(85.0)
+    bus.wait(0.2)
+    for write in writes:
+        bus.write(*write)
+        assert bus.read(40, 1) == 0
+    bus.servo.heat_to(60.0)
+    bus.wait(0.2)
+    assert bus.read(40, 1) == after
+
+
+def test_a_blocked_servo_that_is_commanded_all_the_time_does_not_flap():
+    bus = Bus(Bench(BenchShaft(stop_low=-1.0, stop_high=0.0)), servos=ServoParameters(start_temperature_c=78.0))
+    switched, before = 0, 1
+    for goal in range(600):
+        bus.say(3, bytes((42, goal % 2, 0, 1000 & 255, 1000 >> 8)))
+        bus.wait(0.1)
+        switched, before = switched + (bus.read(40, 1) != before), bus.read(40, 1)
+    assert 1 <= switched <= 12
 
 
 def test_a_supply_out_of_range_is_reported_but_does_not_cut_the_torque():
