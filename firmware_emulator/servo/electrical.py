@@ -98,10 +98,13 @@ class Warmth(NamedTuple):
     def after(self, current_a: float, speed_counts: float, seconds: float, servo: ServoParameters) -> Warmth:
         """Return the temperatures after `seconds` at a measured current (A) and a speed (counts/s), signs ignored.
 
-        Current and speed heat the motor, copper losses heat the case, both at rest and in motion.
+        Copper losses and speed heat motor and case, each with its own time constant, both at rest and in motion.
         """
-        case = servo.rest_temperature_c + servo.case_c_per_a2 * current_a**2
-        motor = servo.motor_c_per_a * abs(current_a) + servo.motor_c_per_count_per_s * abs(speed_counts)
+        square, speed = current_a**2, abs(speed_counts)
+        case = servo.rest_temperature_c + servo.case_c_per_a2 * square + servo.case_c_per_count_per_s * speed
+        motor = (
+            servo.motor_c_per_a2 * square + servo.motor_c_per_a * abs(current_a) + servo.motor_c_per_count_per_s * speed
+        )
         return Warmth(
             case + (self.case_c - case) * math.exp(-seconds / servo.cooling_s),
             motor + (self.motor_c - motor) * math.exp(-seconds / servo.motor_s),

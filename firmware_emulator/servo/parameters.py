@@ -82,11 +82,16 @@ class ServoParameters:
     cooling_s: float = 400.0
     """Time constant of the case, s."""
     case_c_per_a2: float = 3.5
-    """Heating of the case by copper losses, K/A² (assumption: 4 Ω, 1.45 mA a unit, 17 K/W; no long stall recorded)."""
+    """Heating of the case by copper losses, K per nominal A² (assumption: 4 Ω, 1.45 mA a unit, 17 K/W)."""
+    case_c_per_count_per_s: float = 0.0
+    """Heating of the case by speed, K per count/s: gears, brushes, current peaks."""
+    motor_c_per_a2: float = 0.0
+    """Heating of the motor above the case by copper losses, K per nominal A²."""
     motor_c_per_a: float = 1.6
-    """Heating of the motor above the case by current, K/A; with the next two fitted to 112 recorded rises."""
+    """Heating of the motor above the case by current, K per nominal A; with the next two fitted to 112 recorded rises.
+    """
     motor_c_per_count_per_s: float = 0.0024
-    """Heating of the motor above the case by speed, K per count/s: gears, brushes, current peaks."""
+    """Heating of the motor above the case by speed, K per count/s."""
     motor_s: float = 18.0
     """Time constant of the motor, s."""
     reboot_s: float = 0.8

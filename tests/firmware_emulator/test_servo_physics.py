@@ -6,10 +6,12 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from aero.safety.thresholds import Thresholds
 from firmware_emulator.servo.electrical import CurrentLaw, Warmth, effort_limit
 from firmware_emulator.servo.feedback import standard_normal
 from firmware_emulator.servo.frame import Frame, Mounting
 from firmware_emulator.servo.memory import decode_signed, encode_signed
+from firmware_emulator.servo.models import HLS3606M as HLS3606M_REGISTERS
 from firmware_emulator.servo.parameters import HLS3606M, RAD_PER_COUNT, ServoParameters
 from firmware_emulator.servo.profile import plan
 
@@ -89,6 +91,16 @@ def test_current_and_travel_heat_either_way_and_their_heats_add_up(start, curren
 def test_one_law_heats_a_blocked_servo_and_lets_a_moving_one_go_on(current_a, speed, seconds, low, high):
     start = Warmth(HLS3606M.rest_temperature_c)
     assert low <= sum(start.after(current_a, speed, seconds, HLS3606M)) <= high
+
+
+CUT_C = HLS3606M_REGISTERS.places["max_temperature"].default
+
+
+def test_the_guard_and_the_servo_know_the_same_cut():
+    """Driver and emulator share no code, so each states the maker's 80 °C."""
+    with pytest.raises(ValueError, match=f"at most {CUT_C}"):
+        Thresholds(temperature_c=CUT_C + 0.1)
+    assert Thresholds(temperature_c=float(CUT_C)).temperature_c == CUT_C
 
 
 @given(POSITIONS, VELOCITIES, POSITIONS, SPEEDS, ACCELERATIONS)

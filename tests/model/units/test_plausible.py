@@ -26,8 +26,8 @@ seeds = st.integers(0, 2**32 - 1)
 @settings(deadline=None)
 def test_stays_in_its_ranges(seed):
     unit, reference = plausible_unit(seed), load_unit("reference")
-    for span in RANGES:
-        section, field = span.field.split(".")
+    for span, name in ((each, name) for each in RANGES for name in each.field.split("+")):
+        section, field = name.split(".")
         drawn, origin = (np.array(getattr(getattr(u, section), field)) for u in (unit, reference))
         if field == "closed_stop":
             assert CMC_STOP_RAD[0] <= drawn[Joint.THUMB_CMC] <= CMC_STOP_RAD[1]
