@@ -15,6 +15,7 @@ from model.appearance import CABLE_RGBA
 from model.geometry import hand_geometry
 from model.geometry.palm import THENAR_GUIDE
 from model.geometry.winding import SPOOL_RADIUS, WINDING
+from model.pads import lay_pads
 from model.parameters import LONGEST, STANDARD_GRAVITY, BuiltHandParameters
 from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
 from model.softness import constraint
@@ -212,3 +213,4 @@ def _soften(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
     for equality in spec.equalities:
         both = inverse_inertia[Joint[equality.name1.upper()]] + inverse_inertia[Joint[equality.name2.upper()]]
         equality.solref, equality.solimp = constraint(COUPLING_COMPLIANCE, both, unit.timestep)
+    lay_pads(spec, probe, unit)

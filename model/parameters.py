@@ -78,6 +78,16 @@ class BuiltHandParameters:
     """Radius of the palm's stop for the metacarpal in flexion without abduction, m; zero for none."""
     stop_compliance: float = 0.005
     """Compliance of a joint's end stops, rad/(N m); printed parts, assumed."""
+    pad_friction: float = 0.7
+    """Sliding friction coefficient of the silicone pads against any object; zero for printed plastic without pads. The
+    middle of the paper's randomisation of the fingertips, 0.5 to 1.0."""
+    pad_patch: float = 2.7e-3
+    """Radius of a pad's contact patch, m. Hertz: 2.2 to 3.2 mm at 3 N on a pad of 6 mm radius and 1.0 to 0.3 MPa, Shore
+    A 30 to 10 (hardness assumed: the paper says soft)."""
+    pad_loss: float = 0.3
+    """Share of the energy lost in rolling on a pad; silicone 0.1 to 0.5 (assumed)."""
+    pad_compliance: float = 0.25e-3
+    """Indentation of a pad per force, m/N. Hertz: 0.26 to 0.57 mm/N at 3 N on that pad; less where the pad is thin."""
     gravity: float = STANDARD_GRAVITY
     """Gravity on the hand's own parts, m/s²; objects always have their full weight."""
     down: tuple[float, float, float] = (0.0, 0.0, -1.0)

@@ -14,8 +14,9 @@ GRAVITY = 9.81
 """Gravity along -z, m/s²."""
 BOX_DENSITY = 1000.0
 """Density of links without given mass, kg/m³; gives the palm of the released model 0.364 kg."""
-PAD_FRICTION = 0.2
-"""Sliding friction coefficient of the hand; training randomises the fingertips'."""
+PLASTIC_FRICTION = 0.2
+"""Sliding friction coefficient of printed parts; on the routed hand of all parts, where training randomises the
+fingertips'."""
 CONTACT_SOLREF = (0.02, 1.5)
 CONTACT_SOLIMP = (0.9, 0.99, 0.001, 0.5, 2.0)
 
@@ -127,7 +128,7 @@ def _add_box(body: mujoco.MjsBody, name: str, box: Box) -> None:
         quat=box.quat,
         density=BOX_DENSITY,
         group=COLLISION_GROUP,
-        friction=(PAD_FRICTION, 0.005, 0.0001),
+        friction=(PLASTIC_FRICTION, 0.005, 0.0001),
         solref=CONTACT_SOLREF,
         solimp=CONTACT_SOLIMP,
     )

@@ -17,7 +17,7 @@ from model.scene import CUBE, any_cube, nearer, tail_cube
 from train import built, randomise
 from train.hands import draw_hand, draw_healthy, training_correction
 from train.recipe import TrainingStage
-from train.simulator import Simulator, StopCheck, build_scene, tip_geoms
+from train.simulator import Simulator, StopCheck, build_scene
 
 
 class StockedHand(NamedTuple):
@@ -49,7 +49,6 @@ class HandStock:
             if self.training:
                 cube = nearer(cube, rng.uniform(*self.stage.cube_reach))
         scene = built.build_scene(unit, self.settings.torque_limit, cube)
-        scene.model.geom_friction[tip_geoms(scene.model), 0] = rng.uniform(*self.stage.hands.tip_friction)
         whose = None if self.stage.typical else unit
         error_m = self.stage.hands.correction_error_m
         return StockedHand(scene, training_correction(whose, self.settings, rng, error_m))

@@ -71,8 +71,12 @@ class HandRanges:
     """No-load speed of the servos at full duty, counts/s, one draw; equals a back-EMF of 0.040 to 0.052 N m s/rad."""
     supply_ratio: Bounds = (0.9, 1.1)
     """Ratio of the supply voltage to nominal, one draw."""
-    tip_friction: Bounds = (0.2, 0.8)
-    """Fingertip friction, one draw; MuJoCo takes the larger of both geoms' frictions, and the cube has 0.3."""
+    pad_friction: Bounds = (0.4, 1.1)
+    """Friction of the silicone pads, one draw; the population has 0.5 to 1.0."""
+    pad_patch: Bounds = (2.0e-3, 3.4e-3)
+    """Radius of a pad's contact patch, m, one draw."""
+    pad_compliance: Bounds = (0.05e-3, 0.7e-3)
+    """Indentation of a pad per force, m/N, one draw."""
     correction_error_m: float = 0.0005
     """Half width of a cable correction's error (`training_correction`), m.
 
@@ -99,7 +103,7 @@ def in_training(unit: Unit) -> Unit:
 
 
 def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
-    """Draw one hand with the recorded hand's servos; fingertip friction is drawn together with the scene."""
+    """Draw one hand with the recorded hand's servos."""
 
     def channels(span: Bounds) -> Floats:
         return rng.uniform(*span, len(Channel))
@@ -137,6 +141,9 @@ def draw_hand(ranges: HandRanges, rng: np.random.Generator) -> Unit:
         ),
         spring_open=tuple(opened.tolist()),
         spring_closed=tuple(closed.tolist()),
+        pad_friction=float(rng.uniform(*ranges.pad_friction)),
+        pad_patch=float(rng.uniform(*ranges.pad_patch)),
+        pad_compliance=float(rng.uniform(*ranges.pad_compliance)),
         joint_friction=tuple(joints(ranges.joint_friction).tolist()),
         joint_damping=tuple(joints(ranges.joint_damping).tolist()),
     )

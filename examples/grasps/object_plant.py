@@ -13,7 +13,7 @@ from model.built import build_built
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
 
-from .skin import Skin, lay_skin
+from .skin import Skin, with_skin
 
 Shape = Literal["sphere", "cylinder", "box"]
 
@@ -80,9 +80,8 @@ class ObjectPlant(BuiltHandPlant):
     ) -> None:
         """Put `thing` at `position` (3,), m, and `orientation` (4,), unit quaternion w x y z, in the world frame."""
         self._thing, self._position, self._orientation = thing, np.asarray(position), np.asarray(orientation)
-        self._skin = skin
         # A unit may leave contacts out, which a hand that is fitted without an object does not need.
-        super().__init__(replace(parameters or BuiltHandParameters(), contacts=True))
+        super().__init__(with_skin(replace(parameters or BuiltHandParameters(), contacts=True), skin))
         self._body = self._model.body("object").id
         self._geom = self._model.geom("object").id
         joint = self._model.joint("object")
@@ -130,7 +129,7 @@ class ObjectPlant(BuiltHandPlant):
         return frozenset(self._model.body(body).name for body in met.ravel()) - {"object"}
 
     def _spec(self, hand: Side) -> mujoco.MjSpec:
-        spec = _bare_hand(hand, self.parameters, self._skin).copy()
+        spec = _bare_hand(hand, self.parameters).copy()
         # Dry friction holds, and is the same in all directions along a surface.
         spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
         spec.option.impratio = NORMAL_TO_FRICTION
@@ -139,11 +138,9 @@ class ObjectPlant(BuiltHandPlant):
 
 
 @lru_cache(maxsize=16)
-def _bare_hand(hand: Side, parameters: BuiltHandParameters, skin: Skin) -> mujoco.MjSpec:
-    """Return the hand without an object, made once for each hand, its parameters and its skin."""
-    spec = build_built(hand, parameters)
-    lay_skin(spec, skin, parameters.timestep)
-    return spec
+def _bare_hand(hand: Side, parameters: BuiltHandParameters) -> mujoco.MjSpec:
+    """Return the hand without an object, made once for each hand and its parameters."""
+    return build_built(hand, parameters)
 
 
 def add_object(spec: mujoco.MjSpec, thing: HeldObject, position: ArrayLike, orientation: ArrayLike) -> None:

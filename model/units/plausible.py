@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -44,8 +45,8 @@ RANGES = (
     Range("hand.cable_friction_spread", 1.5, "assumed"),
     Range(
         "servos.case_c_per_a2+servos.case_c_per_count_per_s",
-        1.2,
-        "air and mounting of the case; the maker's times at one torque differ by 1.5, which is a factor of 1.2",
+        1.5,
+        "air and mounting of the case; assumed",
     ),
     Range(
         "servos.motor_c_per_a+servos.motor_c_per_a2",
@@ -55,6 +56,14 @@ RANGES = (
     Range("servos.motor_c_per_count_per_s", 1.2, "the same"),
 )
 """Numbers multiplied by random factors."""
+PADS = (
+    Range("hand.pad_friction", 1.43, "0.5 to 1.0, the paper's randomisation of the fingertips"),
+    Range("hand.pad_patch", 1.2, "2.2 to 3.2 mm: silicone of Shore A 30 to 10 (assumed)"),
+    Range("hand.pad_loss", 1.7, "0.18 to 0.5: share of energy that silicone loses (assumed)"),
+    Range("hand.pad_compliance", 2.4, "0.1 to 0.6 mm/N: hard and thin to soft and thick pads (assumed)"),
+)
+"""The same for the silicone pads; drawn from a random stream of their own."""
+PAD_STREAM = 1
 TAKE_UP_M = (-2.5e-4, 0.0, 2.3e-3)
 """Lowest, median and highest cable take-up of a finger, m. Half of the fingers are taut, as on the recorded hand; the
 others are within one tooth of the servo's 25-tooth spline, 14.4°. The thumb's CMC and flexor cables vary equally around
@@ -88,20 +97,25 @@ def unit_named(name: str) -> Unit:
     return plausible_unit(int(seed))
 
 
+def _multiply(tables: dict[str, dict[str, Any]], span: Range, stream: np.random.Generator) -> None:
+    """Multiply the fields of a range by factors drawn from `stream`."""
+    names = [name.split(".") for name in span.field.split("+")]
+    width, (section, field) = math.log(span.factor), names[0]
+    factors = np.exp(stream.uniform(-width, width, np.shape(tables[section][field])))
+    for section, field in names:
+        value = tables[section][field]
+        drawn = np.multiply(value, factors)
+        tables[section][field] = tuple(drawn.tolist()) if isinstance(value, tuple) else float(drawn)
+
+
 def plausible_unit(seed: int) -> Unit:
     """Return the unit drawn around the reference unit with a seed."""
     draw = np.random.default_rng(seed)
     unit = load_unit("reference")
     tables = {"servos": dataclasses.asdict(unit.servos), "hand": dataclasses.asdict(unit.hand)}
-    for span in RANGES:
-        width, factors = math.log(span.factor), None
-        for name in span.field.split("+"):
-            section, field = name.split(".")
-            value = tables[section][field]
-            if factors is None:
-                factors = np.exp(draw.uniform(-width, width, np.shape(value)))
-            drawn = np.multiply(value, factors)
-            tables[section][field] = tuple(drawn.tolist()) if isinstance(value, tuple) else float(drawn)
+    for stream, spans in ((draw, RANGES), (np.random.default_rng([seed, PAD_STREAM]), PADS)):
+        for span in spans:
+            _multiply(tables, span, stream)
     mechanics = tables["hand"]
     loads = np.ones(16)
     width = math.log(FINGER_SPRING_FACTOR)

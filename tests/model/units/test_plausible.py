@@ -11,6 +11,7 @@ from model.units import load_unit
 from model.units.plausible import (
     ACCELERATION_UNIT_COUNTS,
     CMC_STOP_RAD,
+    PADS,
     RANGES,
     START_C,
     TAKE_UP_M,
@@ -26,7 +27,7 @@ seeds = st.integers(0, 2**32 - 1)
 @settings(deadline=None)
 def test_stays_in_its_ranges(seed):
     unit, reference = plausible_unit(seed), load_unit("reference")
-    for span, name in ((each, name) for each in RANGES for name in each.field.split("+")):
+    for span, name in ((each, name) for each in (*RANGES, *PADS) for name in each.field.split("+")):
         section, field = name.split(".")
         drawn, origin = (np.array(getattr(getattr(u, section), field)) for u in (unit, reference))
         if field == "closed_stop":
