@@ -181,13 +181,16 @@ class Lookout:
         self._clock = clock
         self._thresholds = thresholds
         self._lateness = Lateness(thresholds.follow_s, thresholds.look_s)
-        self._due = self._temperatures_due = self._looked_at = clock.now()
+        self.due = self._temperatures_due = self._looked_at = clock.now()
+        """Time of the next poll, clock s."""
+        self.codes = np.zeros(len(Channel), np.int64)
+        """Latest positions read, (7,) in 0..65535."""
 
     def pause(self) -> None:
         """Drop past commands and readings and restart the schedule, after homing."""
         self.watch.pause()
         self.gate.forget()
-        self._due = self._looked_at = self._clock.now()
+        self.due = self._looked_at = self._clock.now()
 
     @property
     def unwatched_s(self) -> float:
@@ -209,12 +212,12 @@ class Lookout:
             ConnectionError: the link is lost.
         """
         now = self._clock.now()
-        if now < self._due:
+        if now < self.due:
             return None
         silent = False
         if self._hand.silent_from is None:  # otherwise the delay is the program's wait for the board
             # The duration of the previous poll does not make this one late.
-            late_s = now - max(self._due, self._looked_at + self._thresholds.look_s)
+            late_s = now - max(self.due, self._looked_at + self._thresholds.look_s)
             if self._lateness.began(now, late_s):
                 _LOG.info("%s: guard poll %.2f s late", self._hand.name, late_s)
         try:
@@ -228,7 +231,7 @@ class Lookout:
             violation = self.watch.unanswered(asked, self._clock.now())
             silent = True
         self._looked_at = self._clock.now()
-        self._due = now + self._thresholds.look_s
+        self.due = now + self._thresholds.look_s
         return None if violation is None else Stop(violation, silent)
 
     def _unwatched(self, now: float, closed: bool) -> Violation | None:
@@ -245,6 +248,7 @@ class Lookout:
     def _read(self) -> Violation | None:
         asked, codes = self._clock.now(), self._hand.read_codes()
         reading = Reading(asked, self._clock.now(), codes / MAX_CODE)
+        self.codes = codes.astype(np.int64)
         self.gate.seen(codes)
         violation = self.watch.look(reading, self._hand.read_currents())
         if violation is None and reading.replied >= self._temperatures_due:
