@@ -31,9 +31,11 @@ from aero.clock import Clock
 from aero.driver import HOMING_TIMEOUT_S, TELEMETRY_AGE_PRE_S, TELEMETRY_AGE_S, AeroHand
 from aero.errors import AeroError
 from aero.firmware import ServoSettings
+from aero.floats import Floats
 from aero.link import PATIENCE_S
 from aero.protocol import MAX_CODE, READINGS, Opcode, make_positions, parse_reply, unsigned_values
 from aero.relay import Line
+from aero.safety.heat import Heat
 from aero.safety.opening import OPEN, SWITCH_OFF, open_and_relax
 from aero.safety.shared_port import SharedPort
 from aero.safety.stop import SafetyReason, Violation
@@ -46,6 +48,8 @@ PIECE_S = 0.02
 GONE_S = 0.5
 """Time for which a port without a client is left alone, s: some programs open it twice in a row."""
 RETRY_S = 0.1
+WARNED_S = (60.0, 30.0, 10.0)
+"""Times left for a grip at which the user is warned, s."""
 REDEFINES = frozenset({Opcode.HOMING, Opcode.TRIM, Opcode.CALIBRATE_MID, Opcode.SET_ID})
 """Requests after which codes mean other positions."""
 
@@ -130,6 +134,11 @@ class PortGuard:
         self._homes_by = -math.inf
         self._heard = self._present = clock.now()
         self._seen_users = 0
+        self._heat = Heat(kind.thresholds.temperature_c)
+        self._heat_at = -math.inf
+        self._celsius: Floats | None = None
+        self._warned_s = math.inf
+        """Time left at the latest warning, s."""
 
     def run(self, stop: Callable[[], bool]) -> bool:
         """Pass bytes on until `stop()` is true; open a closed hand then, and return whether it is open.
@@ -137,7 +146,8 @@ class PortGuard:
         Raises:
             ConnectionError: the port cannot be opened at the start.
         """
-        self._attach()
+        if self._port is None:
+            self.open()
         while not stop():
             try:
                 self._turn()
@@ -158,7 +168,18 @@ class PortGuard:
         beyond = pose - self._lookout.gate.outcome(OPEN)
         return bool((beyond > self._kind.thresholds.arrival * MAX_CODE).any())
 
-    def _attach(self) -> None:
+    def status(self) -> str:
+        """Return state, refused commands, and the time for which this grip can be held."""
+        grip = self._heat.grip()
+        refused = f", {self.refused} commands refused" if self.refused else ""
+        return f"{self.state.name.lower()}{refused}{'' if grip is None else f'; {grip}'}"
+
+    def open(self) -> None:
+        """Open the port; `run` does so too.
+
+        Raises:
+            ConnectionError: the port cannot be opened.
+        """
         line = self._connect()
         self._port = port = SharedPort(line, self._clock, self._name, self._screen)
         port.listeners = self.listeners
@@ -181,7 +202,7 @@ class PortGuard:
     def _turn(self) -> None:
         if self._port is None:
             self._clock.sleep_until(self._clock.now() + RETRY_S)
-            self._attach()
+            self.open()
         port = self._alive()
         now = self._clock.now()
         polls = self.state is PortState.PASSING and not self._homing()
@@ -225,6 +246,7 @@ class PortGuard:
             return None
         if stop is not None:
             return stop
+        self._follow_heat()
         if (further := self._lookout.gate.released()) is not None:
             self._command(further)
         violation = self._of_the_client() if closed else None
@@ -235,6 +257,25 @@ class PortGuard:
                 "its supply",
             )
         return None if violation is None else Stop(violation, silent=False)
+
+    def _follow_heat(self) -> None:
+        """Follow the motors' heat, and say when a grip can be held for `WARNED_S` only."""
+        lookout = self._lookout
+        if lookout.read_at == self._heat_at:
+            return
+        self._heat_at = lookout.read_at
+        self._heat.drawn(lookout.read_at, lookout.currents_a)
+        if lookout.celsius is None or lookout.celsius is self._celsius:
+            return
+        self._celsius = lookout.celsius
+        self._heat.felt(lookout.celsius)
+        grip = self._heat.grip()
+        left_s = math.inf if grip is None else grip.limit_s
+        if left_s < next((one for one in WARNED_S if one < self._warned_s), 0.0):
+            self._said(str(grip))
+            self._warned_s = min(one for one in WARNED_S if left_s < one)
+        elif left_s > 2 * WARNED_S[0]:
+            self._warned_s = math.inf
 
     def _of_the_client(self) -> Violation | None:
         now, limit_s = self._clock.now(), self._kind.thresholds.unwatched_s

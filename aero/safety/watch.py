@@ -185,6 +185,11 @@ class Lookout:
         """Time of the next poll, clock s."""
         self.codes = np.zeros(len(Channel), np.int64)
         """Latest positions read, (7,) in 0..65535."""
+        self.currents_a: Floats = np.zeros(len(Channel))
+        self.celsius: Floats | None = None
+        """Latest temperatures read, (7,) °C; None before the first."""
+        self.read_at = clock.now()
+        """Time of the latest reading, clock s."""
 
     def pause(self) -> None:
         """Drop past commands and readings and restart the schedule, after homing."""
@@ -250,8 +255,10 @@ class Lookout:
         reading = Reading(asked, self._clock.now(), codes / MAX_CODE)
         self.codes = codes.astype(np.int64)
         self.gate.seen(codes)
-        violation = self.watch.look(reading, self._hand.read_currents())
+        self.currents_a, self.read_at = self._hand.read_currents(), reading.replied
+        violation = self.watch.look(reading, self.currents_a)
         if violation is None and reading.replied >= self._temperatures_due:
             self._temperatures_due = reading.replied + self._thresholds.temperature_look_s
-            violation = self.watch.temperatures(self._hand.read_temperatures())
+            self.celsius = self._hand.read_temperatures()
+            violation = self.watch.temperatures(self.celsius)
         return violation

@@ -40,6 +40,7 @@ OWN: dict[str, Command] = {
     "replay": Command("hil.cli.replay:replay", "Resend the bytes of a recording to a hand."),
     "baseline": Command("hil.cli.baseline:baseline", "Store a hand's figures for later comparison."),
     "history": Command("hil.cli.history:history", "Show a hand's readings over its runs, and drifts."),
+    "guard": Command("hil.cli.guard:guard", "Guard a hand for any program on its port."),
     "emulate": Command("hil.emulated.cli.emulate:emulate", "Serve an emulated hand on a port.", "emulate"),
     "faults": Command(
         "hil.emulated.cli.faults:faults", "List the faults that can be injected into a hand or a link.", "emulate"

@@ -1,9 +1,6 @@
 """User acts on a served hand: commands from prompt and page, executed in the serving thread."""
 
 import math
-import os
-import select
-import sys
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Literal
@@ -14,7 +11,7 @@ from firmware_emulator.links.in_process import WireEntry
 from hil.emulated.faults.acts import ACTS, act
 from hil.emulated.faults.catalogue import channel_named
 from hil.emulated.faults.workbench import Workbench
-from hil.targets.foreground import in_foreground
+from hil.targets.typed_lines import TypedLines
 
 COMMAND = "command"
 """First word of a command that moves a channel like a host: `command ring 40`, in per cent of its window."""
@@ -22,8 +19,6 @@ IDLE_S = 2.0
 """Time without bytes from a program, s, after which the page may command the hand."""
 ARRIVES_S = 0.1
 """Time until a command of the page is in the servos' registers, s; earlier commands build on the previous one."""
-LARGEST = 4096
-"""Size limit of a typed line and of one read, bytes."""
 
 
 HELP = "\n".join(
@@ -58,8 +53,7 @@ class HandsOn:
         self._codes: list[int] = []
         self._sent_at = self._heard = -math.inf
         self._told = 0
-        self._typed = b""
-        self._reads = reads and sys.stdin is not None
+        self._typed = TypedLines(reads)
 
     def put(self, line: str) -> None:
         """Queue a line, from any thread."""
@@ -111,22 +105,12 @@ class HandsOn:
         electronics.receive(make_positions(self._codes))
 
     def _read(self) -> None:
-        """Queue typed lines; skipped in the background, where reading the terminal would stop the process."""
-        if not self._reads:
-            return
-        end = sys.stdin.fileno()
-        if not in_foreground(end):
-            return
-        if not select.select([end], [], [], 0.0)[0]:
-            return
-        data = os.read(end, LARGEST)
-        self._reads = bool(data)
-        *lines, self._typed = (self._typed + data).split(b"\n")
-        for line in lines:
-            self.put(line.decode(errors="replace"))
-        if len(self._typed) > LARGEST:
-            self._typed = b""
-            self._tell(f"a line is at most {LARGEST} bytes", "error")
+        """Queue typed lines."""
+        try:
+            for line in self._typed.taken():
+                self.put(line)
+        except ValueError as error:
+            self._tell(str(error), "error")
 
 
 def channel_and_percent(line: str) -> tuple[Channel, float]:
