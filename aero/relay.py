@@ -31,7 +31,7 @@ class ClientEnd(Protocol):
         ...
 
 
-class Line(Protocol):
+class GuardedLine(Protocol):
     """Byte stream between a client and a hand's port."""
 
     def wait(self, longest_s: float) -> tuple[bytes, bytes]:
@@ -68,7 +68,7 @@ class PortLine:
         self._reader.start()
 
     def wait(self, longest_s: float) -> tuple[bytes, bytes]:
-        """Return the bytes of client and port, see `Line.wait`."""
+        """Return the bytes of client and port, see `GuardedLine.wait`."""
         client = self._client.fileno()
         ready, _, _ = select.select([client, self._awake], [], [], max(0.0, longest_s))
         if self._awake in ready:
@@ -82,7 +82,7 @@ class PortLine:
         return self._client.read() if client in ready else b"", bytes(received)
 
     def to_port(self, data: bytes) -> None:
-        """Send all of `data` to the hand, see `Line.to_port`."""
+        """Send all of `data` to the hand, see `GuardedLine.to_port`."""
         self._port.write(data)
 
     def to_client(self, data: bytes) -> None:

@@ -44,7 +44,7 @@ class Grip(NamedTuple):
         return f"{seen}: {self.limit_c:.0f} °C, where the guard opens, in about {self.limit_s:.0f} s{later}"
 
 
-class Heat:
+class HeatWatch:
     """Heat of the seven motors, followed from the readings of a guard."""
 
     def __init__(self, limit_c: float) -> None:

@@ -34,8 +34,8 @@ from aero.firmware import ServoSettings
 from aero.floats import Floats
 from aero.link import PATIENCE_S
 from aero.protocol import MAX_CODE, READINGS, Opcode, make_positions, parse_reply, unsigned_values
-from aero.relay import Line
-from aero.safety.heat import Heat
+from aero.relay import GuardedLine
+from aero.safety.heat import HeatWatch
 from aero.safety.opening import OPEN, SWITCH_OFF, open_and_relax
 from aero.safety.shared_port import SharedPort
 from aero.safety.stop import SafetyReason, Violation
@@ -94,7 +94,7 @@ class PortGuard:
 
     def __init__(
         self,
-        connect: Callable[[], Line],
+        connect: Callable[[], GuardedLine],
         clock: Clock,
         kind: GuardedKind,
         *,
@@ -134,7 +134,7 @@ class PortGuard:
         self._homes_by = -math.inf
         self._heard = self._present = clock.now()
         self._seen_users = 0
-        self._heat = Heat(kind.thresholds.temperature_c)
+        self._heat = HeatWatch(kind.thresholds.temperature_c)
         self._heat_at = -math.inf
         self._celsius: Floats | None = None
         self._warned_s = math.inf

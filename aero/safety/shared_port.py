@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from aero.clock import Clock
 from aero.protocol import FILLER, FRAME_SIZE, Opcode
-from aero.relay import Line
+from aero.relay import GuardedLine
 
 ANSWERED = frozenset({*Opcode} - {Opcode.CTRL_POS, Opcode.CTRL_TOR})
 CUT_S = 0.1
@@ -38,7 +38,7 @@ class SharedPort:
     Whoever waits on it passes the bytes of the other user on: `pump`, a read of `guards_end`, a wait on its clock.
     """
 
-    def __init__(self, line: Line, clock: Clock, name: str, screen: Screen) -> None:
+    def __init__(self, line: GuardedLine, clock: Clock, name: str, screen: Screen) -> None:
         """Share a line.
 
         Args:
