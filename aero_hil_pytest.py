@@ -20,7 +20,7 @@ from aero_hil_options import PluginOptions
 if TYPE_CHECKING:
     from aero.hand import Hand
     from hil.emulated.lent_hand import LentHand, SharedHand
-    from hil.targets.hand_spec import HandSpec
+    from hil.targets.hand_spec import PortSpec
     from hil.targets.target import Target
 
 
@@ -51,7 +51,7 @@ MARKERS = (
     "moves: moves the hand; skipped with --hil-still",
     "homes: drives the hand into its stops; on a hand in real time only with --hil-homing",
     "takes_long: takes more than a few seconds of hand time; in real time only with --hil-long",
-    "needs_ground_truth: compares with what an emulated hand really does, hil.GroundTruth",
+    "needs_ground_truth: compares with what an emulated hand really does, `aero_target.truth`",
     "fault(text, ...): gets an emulated hand of its own with these faults, NAME[:CHANNEL][=SEVERITY][@SECONDS]",
 )
 SOFTWARE = ("emulated", "pty")
@@ -322,23 +322,22 @@ def _shared(config: pytest.Config) -> SharedHand:
             raise pytest.UsageError(str(error) if code == exits.Exit.DEFECT else line) from error
         config.add_cleanup(opened.close)
         lent_hand = _ours("hil.emulated.lent_hand")
-        if config.option.aero_hil not in SOFTWARE:  # like tests with a mark `fault`
-            target = lent_hand.refusing_acts(target, lambda _: pytest.skip(lent_hand.NOT_EMULATED))
-        config.stash[_SHARED] = lent_hand.SharedHand(target, opened.close)
+        # acts skip like tests with a mark `fault`
+        config.stash[_SHARED] = lent_hand.shared(target, lambda _: pytest.skip(lent_hand.NOT_EMULATED), opened.close)
     return config.stash[_SHARED]
 
 
-def _spec(config: pytest.Config, texts: Sequence[str] = ()) -> HandSpec:
+def _spec(config: pytest.Config, texts: Sequence[str] = ()) -> PortSpec:
     """Return the hand selected by the options, with these faults."""
     with _usage_errors("--hil: "):
-        spec: HandSpec = _ours("hil.emulated.lent_hand").chosen(config.option, texts)
+        spec: PortSpec = _ours("hil.emulated.lent_hand").chosen(config.option, texts)
     return spec
 
 
 def _opener(config: pytest.Config, texts: Sequence[str] = ()) -> AbstractContextManager[Target]:
     """Return the target's context manager, without entering it."""
     with _usage_errors():
-        target: AbstractContextManager[Target] = _ours("hil.targets.opening").open_target(_spec(config, texts))
+        target: AbstractContextManager[Target] = _ours("hil.emulated.any_hand").open_target(_spec(config, texts))
     return target
 
 

@@ -26,7 +26,7 @@ def on_a_hand(work: Callable[[Any], object]) -> float:
     """Return the processor time of some work on an emulated hand, without opening it, s."""
     import hil  # noqa: PLC0415 - a row that starts programs needs none of it
 
-    with hil.open_target("emulated") as target:
+    with hil.emulate() as target:
         start = time.process_time()
         work(target)
         return time.process_time() - start
@@ -77,7 +77,7 @@ def round_trip() -> float:
     """Return the wall time of `GET_POS` over a pseudo-terminal, s."""
     import hil  # noqa: PLC0415
 
-    with hil.open_target("pty") as target:
+    with hil.emulate(real_time=True) as target:
 
         def one() -> float:
             start = time.perf_counter()

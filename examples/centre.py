@@ -30,10 +30,16 @@ def centre(*, place: str, side: Side, firmware: str, channels: tuple[str, ...]) 
     counts. Then you trim the open end. The hand is guarded, slow and weak meanwhile. The next homing replaces it all:
     with this firmware, that is the next time the supply is switched on.
     """
-    with hil.open_target(place, firmware=firmware, side=side, guarded=True) as opened:
+    emulated = place == "emulated"
+    opening = (
+        hil.emulate(firmware=firmware, side=side, guarded=True)
+        if emulated
+        else hil.open_port(place, firmware=firmware, side=side)
+    )
+    with opening as opened:
         if not opened.hand.knows(Opcode.CALIBRATE_MID):
             raise click.UsageError(
-                f"{opened.name}: this board does not know CALIBRATE_MID, so it runs 0.2.0 or earlier; flash the main "
+                f"{opened.port}: this board does not know CALIBRATE_MID, so it runs 0.2.0 or earlier; flash the main "
                 "branch of July 2026 or later"
             )
         opened.begin()

@@ -11,33 +11,61 @@ from pkgutil import extend_path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from hil.targets.hand_errors import MissingCapabilityError, NoHandError
-    from hil.targets.hand_spec import HandSpec
-    from hil.targets.opening import open_target
-    from hil.targets.target import GroundTruth, Target
+    from hil.emulated.any_hand import emulate
+    from hil.emulated.emulated_target import EmulatedTarget, GroundTruth
+    from hil.emulated.faults import CATALOGUE, Injection, parse_fault
+    from hil.targets.hand_errors import FaultNeverFiredError, MissingCapabilityError, NoHandError
+    from hil.targets.opening import open_port
+    from hil.targets.target import Target
+    from hil.verdict.validation import validate
 
 # The path includes folders named `hil` of user projects, so that their modules stay importable.
 __path__ = extend_path(__path__, __name__)
 
 _HOMES = {
-    "GroundTruth": "hil.targets.target",
-    "HandSpec": "hil.targets.hand_spec",
+    "CATALOGUE": "hil.emulated.faults",
+    "EmulatedTarget": "hil.emulated.emulated_target",
+    "FaultNeverFiredError": "hil.targets.hand_errors",
+    "GroundTruth": "hil.emulated.emulated_target",
+    "Injection": "hil.emulated.faults",
     "MissingCapabilityError": "hil.targets.hand_errors",
     "NoHandError": "hil.targets.hand_errors",
     "Target": "hil.targets.target",
-    "open_target": "hil.targets.opening",
+    "emulate": "hil.emulated.any_hand",
+    "open_port": "hil.targets.opening",
+    "parse_fault": "hil.emulated.faults",
+    "validate": "hil.verdict.validation",
+}
+_FORMER = {
+    "open_target": "hil.emulate(...) or hil.open_port(PATH, ...)",
+    "HandSpec": "the arguments of hil.emulate and hil.open_port",
 }
 
-__all__ = ["GroundTruth", "HandSpec", "MissingCapabilityError", "NoHandError", "Target", "open_target"]
+__all__ = [
+    "CATALOGUE",
+    "EmulatedTarget",
+    "FaultNeverFiredError",
+    "GroundTruth",
+    "Injection",
+    "MissingCapabilityError",
+    "NoHandError",
+    "Target",
+    "emulate",
+    "open_port",
+    "parse_fault",
+    "validate",
+]
 
 
 def __getattr__(name: str) -> object:
     """Import a public name from its home."""
     if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)
+    if name in _FORMER:
+        raise AttributeError(f"hil.{name} is replaced by {_FORMER[name]}")
     raise AttributeError(f"module 'hil' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
     """List the public names, imported or not."""
-    return sorted({*globals(), *_HOMES})
+    return [*__all__]

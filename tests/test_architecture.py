@@ -34,9 +34,17 @@ HIL_LAYERS = (
     {"report", "view"},
     {"history"},
     {"dialogue"},
+    {"emulated"},
     {"cli"},
+    {"emulated.cli"},
 )
-"""The folders and files of `hil`, lowest first; each may import itself and what lies below. `emulated` is moving up."""
+"""The folders and files of `hil`, lowest first; each may import itself and what lies below."""
+INSTRUMENT_MAY = {
+    "firmware_emulator": (),
+    "model": ("model.geometry", "model.routed", "model.drawn_parts", "model.appearance", "model.pictures"),
+}
+"""What the instrument, `hil` outside `hil/emulated`, may import of the emulator: of `model` the geometry, the simulator
+of the paper that experiments compare with, and its drawing."""
 HEAVY = {
     "aero": {"mujoco", "jax", "scipy", "matplotlib", "click", "rich", "pytest"},
     "firmware_emulator": {"mujoco", "jax", "scipy", "matplotlib", "click", "rich", "pytest"},
@@ -105,7 +113,7 @@ def test_the_model_knows_no_more_of_the_electronics_than_their_plant_and_their_s
 def test_hil_imports_downward() -> None:
     floor = {f"hil.{name}": level for level, names in enumerate(HIL_LAYERS) for name in names}
     tops = {path.name.removesuffix(".py") for path in (ROOT / "hil").iterdir() if path.suffix in ("", ".py")}
-    assert tops - {"__init__", "__pycache__", "data", "emulated"} == {name.split(".")[1] for name in floor}
+    assert tops - {"__init__", "__pycache__", "data"} == {name.split(".")[1] for name in floor}
 
     def home(module: str) -> str:
         """The folder or file of the table that a module lies in, the closest one; empty for none."""
@@ -117,6 +125,19 @@ def test_hil_imports_downward() -> None:
         for name in imported(path)
         if (own := home(module_name(path))) and (other := home(name)) and own != other and floor[other] >= floor[own]
     ]
+    assert not offenders
+
+
+def test_the_instrument_knows_no_emulator() -> None:
+    files = [path for path in sources("hil") if "emulated" not in path.relative_to(ROOT).parts]
+    found = {(module_name(path), name) for path in files for name in imported(path)}
+    assert len(files) > 80  # what is searched is there
+    offenders = {
+        (module, name)
+        for module, name in found
+        if (allowed := INSTRUMENT_MAY.get(name.partition(".")[0])) is not None
+        and not any(f"{name}.".startswith(f"{one}.") for one in allowed)
+    }
     assert not offenders
 
 
@@ -151,6 +172,19 @@ def test_one_public_class_name_has_one_meaning() -> None:
                     homes.setdefault(node.name, []).append(module_name(path))
     assert len(homes) > 300  # what is searched is there
     assert {name: places for name, places in homes.items() if len(places) > 1 and name not in twice} == {}
+
+
+def test_opening_a_port_loads_no_emulator() -> None:
+    program = (
+        "import sys, hil\n"
+        "try:\n    hil.open_port('/dev/ttyNoSuchHand').__enter__()\n"
+        "except hil.NoHandError:\n    print(*sys.modules)"
+    )
+    loaded = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True, cwd=ROOT)
+    names = loaded.stdout.split()
+    assert "hil.targets.opening" in names
+    emulator = ("firmware_emulator", "model", "mujoco", "hil.emulated")
+    assert [name for name in names if f"{name}.".startswith(tuple(f"{one}." for one in emulator))] == []
 
 
 def test_import_aero_costs_numpy_and_pyserial_only() -> None:

@@ -16,8 +16,8 @@ from aero.floats import Floats
 from aero.whole_file import write_whole
 from figures.inputs import ROOT
 from figures.results import Rows, Shipped
+from hil.emulated.any_hand import open_target
 from hil.recordings.recorder import Recorder
-from hil.targets.opening import open_target
 from model.units import Unit
 from model.units.plausible import unit_named
 from train.identification.calibration import calibrate

@@ -20,7 +20,7 @@ from unittest.mock import patch
 from aero.channels import CABLES, Channel
 from figures.inputs import ROOT
 from figures.results import Rows
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import CATALOGUE
 from hil.history.drift import Track, drifts_of, tracks_of
 from hil.history.runs import of_hand, runs_in

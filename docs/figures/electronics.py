@@ -83,7 +83,7 @@ def homing() -> Rows:
     """How long homing takes on the built hand."""
     taken = []
     for firmware in HOMED_WITH:
-        with hil.open_target("emulated", firmware=firmware) as target:
+        with hil.emulate(firmware=firmware) as target:
             start = target.clock.now()
             target.hand.home()
             taken.append(target.clock.now() - start)

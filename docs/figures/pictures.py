@@ -14,7 +14,7 @@ from figures.results import Rows, Shipped
 from figures.sample_text import numbers, rows_of
 from hil.cli.export import export_command
 from hil.cli.run_policy import run_policy
-from hil.targets.hand_spec import HandSpec
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.verdict.sentences import channel_sentences
 from hil.verdict.validation import validate
 from model.pictures import POSE, write_picture
@@ -27,14 +27,14 @@ DOCS = ROOT / "docs"
 
 def failing_report() -> Rows:
     """Sentences of the report in the picture."""
-    with hil.open_target("emulated", faults=("motor_dead:ring",)) as target:
+    with hil.emulate(faults=("motor_dead:ring",)) as target:
         found = validate(target)
     return [("sentences",), [found.tally.words], *([one] for one in channel_sentences(found))]
 
 
 def turning() -> Rows:
     """The cube of the film, after two seconds."""
-    trial = run_trial(find_policy(DEFAULT), HandSpec(unit="reference", cube=CUBE), RunSettings(seconds=2.0))
+    trial = run_trial(find_policy(DEFAULT), EmulatedSpec(unit="reference", cube=CUBE), RunSettings(seconds=2.0))
     return [("rate, rad/s", "kept"), [f"{trial.rate_rad_s:.3f}", str(trial.kept)]]
 
 
@@ -48,7 +48,7 @@ def routed_picture() -> Rows:
 
 def view() -> Rows:
     """Excursions of the hand on the page in the picture."""
-    with hil.open_target("emulated") as target:
+    with hil.emulate() as target:
         found = validate(target, ["presence", "audit", "excursion"])
     return rows_of(found.numbers["excursion"])
 

@@ -28,7 +28,7 @@ SUBJECTS = {**{channel.label: channel.title for channel in Channel}, "hand": "ha
 @cache
 def validation(unit: str, firmware: str, experiment: str) -> Validation:
     """Validate a homed emulated hand, seed 0, as `aero-hil validate --unit UNIT --firmware FIRMWARE` does."""
-    with hil.open_target("emulated", unit=unit, firmware=firmware, seed=0, homed=True) as target:
+    with hil.emulate(unit=unit, firmware=firmware, seed=0, homed=True) as target:
         return validate(target, [experiment])
 
 
@@ -92,7 +92,7 @@ def paper_unit() -> Rows:
 def _out_of_limits(units: Sequence[tuple[str, str]]) -> Rows:
     rows = [["unit", "firmware", "out of limits", *SUBJECTS.values()]]
     for unit, firmware in units:
-        with hil.open_target("emulated", unit=unit, firmware=firmware, seed=0, homed=True) as target:
+        with hil.emulate(unit=unit, firmware=firmware, seed=0, homed=True) as target:
             found = [finding for name in JUDGED for finding in validate(target, [name]).findings]
         by_subject = Counter(finding.subject for finding in failed(found))
         assert by_subject.keys() <= SUBJECTS.keys()

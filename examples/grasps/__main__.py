@@ -17,8 +17,8 @@ from pathlib import Path
 import click
 
 from aero.safety import SafetyStopError
+from hil.emulated.any_hand import open_target
 from hil.targets.hand_errors import NoHandError
-from hil.targets.opening import open_target
 from model.units.plausible import unit_named
 from train.workers import leave_interrupts_to_the_parent
 

@@ -17,9 +17,10 @@ from hil.dialogue.printing import echo
 from hil.dialogue.terminal import console
 from hil.dialogue.terminal_asker import TerminalAsker
 from hil.emulated.emulated_case import EmulatedCaseHand, emulated_hand
+from hil.emulated.emulated_spec import named_spec
 from hil.emulated.standing_hand import StandingHand
 from hil.report.run_folder import CASE_PAGE
-from hil.targets.hand_spec import PHYSICAL, HandSpec
+from hil.targets.hand_spec import PHYSICAL, PortSpec
 from hil.targets.hands_file import fields_of
 from hil.targets.opening import serial_number
 from hil.targets.target import Target
@@ -30,7 +31,7 @@ from hil.verdict.case_file import HandOfCase, StoredCase, read_case
 class HandOnPort:
     """Hand on a port."""
 
-    spec: HandSpec
+    spec: PortSpec
     clock: Clock = field(default_factory=WallClock)
     helper: CaseHelper | None = None
 
@@ -82,10 +83,10 @@ def _emulated(stored: StoredCase) -> CaseHand:
 
 def _on_port(known: HandOfCase, port: str, *, same_hand: bool) -> CaseHand:
     """Return the hand on a port after checking that it is the case's."""
-    hand = HandSpec.named(port)
+    hand = named_spec(port)
     if hand.in_software:
         raise click.UsageError("a port or a name is given with --hil; leave it out for the emulated hand of the case")
     if not same_hand:
-        serial = serial_number(hand.target)
+        serial = serial_number(hand.port)
         known.require_same({"hand_id": hand.hand_id or serial, "serial_number": serial, **fields_of(port)})
     return HandOnPort(replace(hand, firmware=known.firmware, side="left" if known.side == "left" else "right"))

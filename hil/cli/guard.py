@@ -28,7 +28,8 @@ from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import SIDE
 from hil.cli.output_files import FOLDER, LINK
 from hil.dialogue.printing import echo
-from hil.targets.hand_spec import PHYSICAL, HandSpec
+from hil.emulated.emulated_spec import named_spec
+from hil.targets.hand_spec import PHYSICAL
 from hil.targets.typed_lines import TypedLines
 
 WORDS = "`resume` accepts commands again after a stop; `status` says how long this grip can be held"
@@ -66,7 +67,7 @@ def guard(
     stopping = [one for one in STOPPING if signal.getsignal(one) is not signal.SIG_IGN]
     with noted(*stopping) as ended, ExitStack() as opened:
         with usage_errors():
-            spec = HandSpec.named(port, firmware=firmware, side=side)
+            spec = named_spec(port, firmware=firmware, side=side)
             if spec.in_software:
                 raise ValueError(f"a guard stands before a port; `aero-hil emulate --link PATH` serves {port!r} on one")
             if link is not None:
@@ -74,12 +75,12 @@ def guard(
             FOLDER.distinct(black_box)
         limits, usual = spec.thresholds or Thresholds(), firmware_of(spec.firmware).settings
         spans = CommandWindow.for_firmware(spec.firmware, None, spec.side).spans_counts()
-        known = KnownPort.of(spec.target)
+        known = KnownPort.of(spec.port)
         with usage_errors():
             terminal = opened.enter_context(Terminal(link))
         users = opened.enter_context(closing(PortUsers(terminal.path)))
         typed = TypedLines(reads=prompt or (sys.stdin is not None and sys.stdin.isatty()))
-        about = {name: getattr(spec, name) for name in ("target", "firmware", "side", "hand_id")}
+        about = {name: getattr(spec, name) for name in ("firmware", "side", "hand_id")} | {"target": spec.port}
         box = _Stops(black_box, typed, about)
 
         def connect() -> PortLine:
@@ -89,7 +90,7 @@ def guard(
             return PortLine(terminal, transport)
 
         between = PortGuard(
-            connect, WallClock(), GuardedKind(spans, usual, limits), name=spec.target, users=users.count,
+            connect, WallClock(), GuardedKind(spans, usual, limits), name=spec.port, users=users.count,
             stopped=box.stopped, said=_said, resumes_alone=resume_with_next,
         )  # fmt: skip
         between.listeners.append(box.add)
@@ -97,7 +98,7 @@ def guard(
             between.open()
         except ConnectionError as error:
             raise Ended(str(error), Exit.NO_HAND) from error
-        standby = Standby(spec.target, limits, settable=usual is not None)
+        standby = Standby(spec.port, limits, settable=usual is not None)
         standby.start()
         echo(f"ready {terminal.name}")
         is_open = False

@@ -20,7 +20,8 @@ from aero.side import Side
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.output_files import RECORDED
 from hil.dialogue.printing import echo
-from hil.targets.hand_spec import HandSpec
+from hil.emulated.emulated_spec import named_spec
+from hil.targets.hand_spec import PortSpec
 
 if TYPE_CHECKING:
     from hil.recordings.wire_file import WireFile
@@ -31,9 +32,9 @@ AnyFunction = Callable[..., Any]
 FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, repeatable; `aero-hil faults` lists the names."
 
 
-def open_hand(spec: HandSpec, **fields: Any) -> AbstractContextManager[Target]:
-    """Return a hand as a context manager, with `fields` replaced; see `hil.open_target`."""
-    from hil.targets.opening import open_target  # noqa: PLC0415 - loads a physics engine
+def open_hand(spec: PortSpec, **fields: Any) -> AbstractContextManager[Target]:
+    """Return a hand as a context manager, with `fields` replaced; see `hil.emulated.any_hand.open_target`."""
+    from hil.emulated.any_hand import open_target  # noqa: PLC0415 - loads a physics engine
 
     with usage_errors():
         return _unwound(open_target(spec, **fields))
@@ -135,11 +136,11 @@ TARGET = click.option(
 
 
 def emulation(command: AnyFunction) -> AnyFunction:
-    """Add the options of an emulated hand, passed to the command as one `spec: HandSpec`."""
+    """Add the options of an emulated hand, passed to the command as one `spec: PortSpec`."""
 
     def with_hand(*, firmware: str, side: Side, unit: str, seed: int, **others: Any) -> Any:
         with usage_errors():
-            chosen = HandSpec.named(
+            chosen = named_spec(
                 others.pop("target_name", "emulated"),
                 firmware=firmware if _asked_for("firmware") else None,
                 side=side if _asked_for("side") else None,

@@ -19,10 +19,11 @@ from hil.cli.exits import usage_errors
 from hil.cli.options import RECORDING, TARGET, open_hand
 from hil.cli.output_files import RECORDED
 from hil.dialogue.printing import echo
+from hil.emulated.emulated_spec import named_spec
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.provenance import source_commit, versions
 from hil.recordings.recording import Header, Recording
-from hil.targets.hand_spec import PHYSICAL, HandSpec
+from hil.targets.hand_spec import PHYSICAL
 from hil.targets.hands_file import fields_of
 from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
@@ -50,7 +51,7 @@ def check_replayable(recording: Recording, target: Target) -> None:
     """
     if target.guard is not None:
         raise ValueError(
-            f"{target.name} is guarded, and a replay writes bytes that no guard sees, settings and homing among them. "
+            f"{target.port} is guarded, and a replay writes bytes that no guard sees, settings and homing among them. "
             "Replay on `emulated` or `pty`; to move a hand on a port again, run the experiment on it and compare with "
             "`report A --beside B`."
         )
@@ -73,7 +74,7 @@ def resend(recording: Recording, target: Target) -> Recording:
     _read_until(target, start + sent[-1].t + LAST_REPLY_S)
     header = dataclasses.replace(
         recording.header,
-        target=target.name,
+        target=target.port,
         hand=target.side,
         firmware=target.firmware,
         unit=target.unit,
@@ -139,7 +140,7 @@ def replay(*, recording: Path, target_name: str, firmware: str | None, unit: str
         if out is not None:
             RECORDED.prepared(out)
         said = fields_of(target_name)  # a name in hands.toml overrides the recording
-        spec = HandSpec.named(
+        spec = named_spec(
             target_name,
             firmware=firmware or said.get("firmware", header.firmware),
             side=said.get("side", header.hand),

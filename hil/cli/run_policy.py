@@ -25,14 +25,12 @@ from hil.dialogue.printing import echo
 from hil.dialogue.terminal import ProgressBar
 from hil.dialogue.terminal import console as new_console
 from hil.dialogue.viewing import telling, viewing
+from hil.emulated.policy_hand import CUBE, NONE, TYPICAL, CubeWatch, cube_of, named_correction
 from hil.recordings.policy_run import PolicyRun, record_policy
 from hil.recordings.recorder import Progress, Recorder
-from hil.targets.hand_spec import HandSpec
-from hil.targets.target import GroundTruth, Target
+from hil.targets.hand_spec import PortSpec
+from hil.targets.target import Target
 from hil.view.sources import source_of
-from model.cube_plant import CubePlant, CubeWatch
-from model.scene import CUBE
-from model.units.cable_correction import NONE, TYPICAL, named_correction
 
 CODES = {
     Ending.TIME: Exit.WITHIN_LIMITS,
@@ -62,7 +60,7 @@ CODES = {
 def run_policy(
     *,
     policy_name: str,
-    spec: HandSpec,
+    spec: PortSpec,
     seconds: float,
     dry_run: bool,
     wait: float,
@@ -83,7 +81,7 @@ def run_policy(
     others: see "Exit codes" in the documentation.
     """
     console = new_console()
-    holds_cube = spec.target == "emulated" and not (dry_run or empty)
+    holds_cube = spec.port == "emulated" and not (dry_run or empty)
     with usage_errors():
         policy = find_policy(policy_name)
         whose = correction_name if correction_name is not None else spec.twin or TYPICAL
@@ -92,16 +90,14 @@ def run_policy(
         if record is not None:
             RECORDED.prepared(record)
     console.print(_correction_line(whose, settings.correction))
-    if spec.target == "pty":
+    if spec.port == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")
     with viewing(view, spec) as observer:
         with open_hand(spec, guarded=True, cube=CUBE if holds_cube else None) as opened:
             observer.follow(source_of(opened))
             console.print(_before_moving(opened, policy, settings))
             most_a = opened.guard.thresholds.current_a if opened.guard else math.inf
-            truth = opened.find(GroundTruth)
-            plant = None if truth is None else truth.plant
-            cube = CubeWatch(plant, spec.seed) if isinstance(plant, CubePlant) else None
+            cube = cube_of(opened)
             result = _recorded(
                 opened,
                 record,

@@ -7,7 +7,7 @@ import click
 
 from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, VIEW, target
 from hil.cli.output_files import FOLDER
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import PortSpec
 
 
 class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only from Click 8.2 on
@@ -48,7 +48,7 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
     "--out", type=FOLDER,
     help="Folder of report, metrics and recordings; default: validation/DATE-AND-TIME.",
 )  # fmt: skip
-def validate(*, spec: HandSpec, baseline: Path | None, zeros: str, **options: Any) -> None:
+def validate(*, spec: PortSpec, baseline: Path | None, zeros: str, **options: Any) -> None:
     """Check a hand: completeness, motion, agreement with the simulator.
 
     Recordings are written during the run, so that any ending keeps the results so far. Exit code 0: within

@@ -23,14 +23,12 @@ from hil.dialogue.terminal import ProgressBar
 from hil.dialogue.terminal import console as new_console
 from hil.dialogue.terminal_asker import TerminalAsker
 from hil.dialogue.viewing import telling
-from hil.emulated.faults import parse_fault
 from hil.recordings.output import claimed, emptied, run_folder
 from hil.report.results import write_figures, write_results
 from hil.report.run_folder import clear_run, require_no_steps
 from hil.report.text import result_line, run_text
 from hil.targets.hand_errors import FaultNeverFiredError
-from hil.targets.hand_spec import HandSpec
-from hil.targets.target import Onlooker
+from hil.targets.hand_spec import PortSpec
 from hil.verdict.baseline import load
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
@@ -72,7 +70,7 @@ class RunProgress:
 
 
 def run(
-    spec: HandSpec,
+    spec: PortSpec,
     *,
     names: Sequence[str],
     baseline: Path | None,
@@ -88,9 +86,8 @@ def run(
     with usage_errors():
         if baseline is not None:
             load(baseline)
-        injected = [parse_fault(text) for text in faults]
         # a hand that does not answer gets a case as well
-        opening = open_hand(spec, homed=homed, faults=injected, may_be_silent=not dry_run)
+        opening = open_hand(spec, homed=homed, faults=faults, may_be_silent=not dry_run)
         folder = None if dry_run else _prepared(out, baseline)
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced")
@@ -101,8 +98,7 @@ def run(
             # an animated bar would overwrite the questions
             bars = ProgressBar(lines=False, disable=asks)
             with claimed(folder), emptied(folder), opening as alone, bars as bar:
-                onlookers = (Onlooker(asker.ask),) if asks else ()
-                opened = replace(alone, capabilities=(*alone.capabilities, *onlookers))
+                opened = replace(alone, onlooker=asker.ask if asks else None)
                 observer.follow(source_of(opened))
                 chosen = [EXPERIMENTS[name] for name in names or DEFAULT]
                 furthest = tuple(np.max([experiment.furthest for experiment in chosen], axis=0))

@@ -32,7 +32,7 @@ from hil.report.page import render_case
 from hil.report.results import write_results
 from hil.report.run_folder import CASE_PAGE, STEP, clear_run
 from hil.targets.hand_errors import NoHandError
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import PortSpec
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import CASE, StoredCase, read_case, write_case
@@ -81,7 +81,7 @@ class CaseHand(Protocol):
     """Hand of a case, reopened after each step."""
 
     @property
-    def spec(self) -> HandSpec:
+    def spec(self) -> PortSpec:
         """Specification of the hand."""
 
     @property
@@ -143,7 +143,7 @@ class CaseSession:
         spec, wrong = self._hand.spec, not self.case.gone and any(mode.of_hand for mode in self.case.shown)
         named = ["--firmware", "VERSION", "--hand", "SIDE"] if wrong else ["--firmware", spec.firmware]
         side = ["--hand", spec.side] if spec.side == "left" and not wrong else []
-        return shlex.join(["aero-hil", "validate", "--hil", spec.target, *named, *side])
+        return shlex.join(["aero-hil", "validate", "--hil", spec.port, *named, *side])
 
     @property
     def _done(self) -> tuple[str, ...]:
@@ -234,9 +234,7 @@ class CaseSession:
             return StepOutcome.STAYS
         outcome, run = done
         # the run belongs to this case and opens no other
-        go_on = NextStep(
-            GO_ON, shlex.join(["aero-hil", "diagnose", str(self._folder), "--hil", self._hand.spec.target])
-        )
+        go_on = NextStep(GO_ON, shlex.join(["aero-hil", "diagnose", str(self._folder), "--hil", self._hand.spec.port]))
         write_results(replace(run, diagnosis=replace(run.diagnosis, case=None, step=go_on)), folder)
         if run.end.kind is EndKind.INTERRUPTED and run.end.error is not None:
             raise run.end.error

@@ -16,7 +16,7 @@ from hil.dialogue.asker import Answer, CaseShown, Choice, Motion, Question
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal_asker import TerminalAsker
 from hil.dialogue.viewing import viewing
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import PortSpec
 from hil.targets.target import Target
 from hil.view.feed import Observer
 from hil.view.frame import ANSWER, STOP, Asked, CaseStands, Moving, Told
@@ -139,7 +139,7 @@ class SeenHand:
 
 
 @contextmanager
-def asking(asker: TerminalAsker, hand: HandSpec) -> Iterator[Observer]:
+def asking(asker: TerminalAsker, hand: PortSpec) -> Iterator[Observer]:
     """Serve a page with questions during the block if the asker uses one; yield its observer."""
     wanted = isinstance(asker, PageAsker)
     with viewing(wanted, hand, asks=True, on_words=asker.hear if isinstance(asker, PageAsker) else None) as page:

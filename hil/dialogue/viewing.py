@@ -1,25 +1,26 @@
 """`--view`: web page that shows a command's hand while it moves."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from aero.child_process import ChildError
 from hil.dialogue.printing import echo
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import PortSpec
 from hil.view.feed import Feed, Observer
-from hil.view.frame import Heading
+from hil.view.frame import FaultOffered, Heading
 
 
 @contextmanager
 def viewing(
     wanted: bool,
-    spec: HandSpec,
+    spec: PortSpec,
     *,
     stay: bool = True,
     asks: bool = False,
     on_words: Callable[[str], object] | None = None,
+    faults: Sequence[FaultOffered] = (),
 ) -> Iterator[Observer]:
     """Serve a page for the duration of a command if `wanted`, and print its address on standard error.
 
@@ -32,12 +33,15 @@ def viewing(
             browser has opened it, or Ctrl-C.
         asks: True if `on_words` accepts answers of the user and Stop, False if it accepts acts.
         on_words: called in another thread with the user's input on the page; None for a page without input.
+        faults: faults that the page offers to inject.
     """
     feed: Feed | None = None
     try:
         if wanted:
             acts = on_words is not None and not asks
-            feed = Feed(Heading(spec.describe(), spec.side, live=True, hands_on=acts, asks=asks), on_words)
+            feed = Feed(
+                Heading(spec.describe(), spec.side, live=True, hands_on=acts, asks=asks, faults=tuple(faults)), on_words
+            )
     except ChildError as error:
         echo(f"{error}; the hand runs without it", err=True)
     if feed is None:

@@ -8,11 +8,11 @@ from aero.channels import FINGERS, Channel
 from aero.errors import AeroError
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults import parse_fault
 from hil.emulated.faults.acts import act
 from hil.emulated.standing_hand import StandingHand
 from hil.targets.hand_errors import NoHandError
-from hil.targets.hand_spec import HandSpec
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.case_file import HandOfCase
@@ -103,7 +103,7 @@ class EmulatedCaseHand:
         return f"{self.bench.workbench.flashed()}; named: {self.spec.firmware}, for a {self.spec.side} hand"
 
 
-def emulated_hand(hand: HandOfCase) -> HandSpec:
+def emulated_hand(hand: HandOfCase) -> EmulatedSpec:
     """Return the emulated hand that a case is about.
 
     Raises:
@@ -111,4 +111,4 @@ def emulated_hand(hand: HandOfCase) -> HandSpec:
     """
     side: Literal["left", "right"] = "left" if hand.side == "left" else "right"
     faults = tuple(map(parse_fault, hand.faults.split()))
-    return HandSpec("emulated", hand.firmware, side, hand.unit, hand.seed, homed=True, faults=faults)
+    return EmulatedSpec(firmware=hand.firmware, side=side, unit=hand.unit, seed=hand.seed, homed=True, faults=faults)

@@ -11,11 +11,11 @@ from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.hand import Start
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.plant import Plant
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults.faulty_hand import FaultyHand, build_faulty
 from hil.emulated.faults.host import ProgramEnd
 from hil.emulated.faults.schedule import Schedule
 from hil.emulated.faults.workbench import Workbench
-from hil.targets.hand_spec import HandSpec
 from hil.targets.passing import Passing
 from model.cube_plant import CubePlant
 from model.units import Unit
@@ -27,7 +27,7 @@ Rewire = Callable[[Plant], Plant]
 
 def build_emulated(
     unit: Unit,
-    spec: HandSpec,
+    spec: EmulatedSpec,
     *,
     start: Start = "homed",
     nvs: Nvs | None = None,

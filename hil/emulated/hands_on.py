@@ -9,9 +9,11 @@ from aero.channels import WIRE_ORDER, Channel
 from aero.protocol import MAX_CODE, make_positions
 from firmware_emulator.links.in_process import WireEntry
 from hil.emulated.faults.acts import ACTS, act
-from hil.emulated.faults.catalogue import channel_named
+from hil.emulated.faults.catalogue import CATALOGUE, channel_named, severities
+from hil.emulated.faults.fault import STEPS, FaultLayer
 from hil.emulated.faults.workbench import Workbench
 from hil.targets.typed_lines import TypedLines
+from hil.view.frame import FaultOffered
 
 COMMAND = "command"
 """First word of a command that moves a channel like a host: `command ring 40`, in per cent of its window."""
@@ -20,7 +22,18 @@ IDLE_S = 2.0
 ARRIVES_S = 0.1
 """Time until a command of the page is in the servos' registers, s; earlier commands build on the previous one."""
 
-
+OFFERED = tuple(
+    FaultOffered(
+        fault.name,
+        fault.words,
+        severities(fault),
+        tuple(channel.label for channel in fault.channels),
+        () if fault.severity is None else STEPS,
+    )
+    for fault in CATALOGUE.values()
+    if fault.later and fault.layer is not FaultLayer.HOST
+)
+"""Faults of the page's menu: those that can begin on a running hand behind a port."""
 HELP = "\n".join(
     [
         *(f"{' '.join((name, *one.takes))}: {one.words}" for name, one in ACTS.items()),

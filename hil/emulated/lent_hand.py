@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from aero.errors import AeroError
+from hil.emulated.emulated_spec import named_spec
+from hil.emulated.emulated_target import EmulatedTarget
 from hil.emulated.faults.bench import BenchState, HandBench
-from hil.emulated.faults.catalogue import parse_fault
 from hil.targets.delays import Waits
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import PortSpec
 from hil.targets.hands_file import EMULATED_TARGETS
-from hil.targets.target import GroundTruth, Target
+from hil.targets.target import Target
 
 REST_WAIT_S = 0.2
 """Time between two readings of a settling hand, s."""
@@ -25,19 +26,19 @@ SLEPT_S = 0.05
 NOT_EMULATED = "its faults are for an emulated hand; run with --hil=emulated, or see `aero-hil proxy`"
 
 
-def chosen(option: Any, faults: Sequence[str] = ()) -> HandSpec:
+def chosen(option: Any, faults: Sequence[str] = ()) -> PortSpec:
     """Return the hand specified by the options of pytest, with these faults.
 
     Raises:
         ValueError: invalid options or faults.
     """
-    return HandSpec.named(
+    return named_spec(
         option.aero_hil,
         firmware=option.aero_hil_firmware,
         side=option.aero_hil_hand,
         unit=option.aero_hil_unit,
         seed=option.aero_hil_seed,
-        faults=tuple(map(parse_fault, faults)),
+        faults=faults,
         # Homed like an owner's hand; not with faults, because homing may fail on a faulty hand.
         homed=not faults and not option.aero_hil_still,
     )
@@ -53,7 +54,7 @@ def left_out(marks: Collection[str], option: Any, target: Target | None, failed:
         failed: name of the failed presence test; empty if none failed.
     """
     real_time = target is None or target.real_time
-    truth = target is None or target.find(GroundTruth) is not None
+    truth = target is None or (isinstance(target, EmulatedTarget) and target.in_process is not None)
     reasons = {
         NOT_EMULATED: "fault" in marks and option.aero_hil not in EMULATED_TARGETS,
         f"this hand failed {failed}; mend that first, or choose another hand with --hil": failed,
@@ -69,11 +70,26 @@ def left_out(marks: Collection[str], option: Any, target: Target | None, failed:
     return next((reason for reason, applies in reasons.items() if applies), "")
 
 
+class RefusingBench(HandBench):
+    """Bench of a physical hand, which passes each act to a function that refuses."""
+
+    def __init__(self, refuse: Callable[[str], str]) -> None:
+        self._refuse = refuse
+
+    def act(self, words: str) -> str:
+        """Refuse an act."""
+        return self._refuse(words)
+
+    def state(self) -> BenchState:
+        """Return the state of a hand without acts."""
+        return BenchState()
+
+
 @dataclass
 class SharedHand:
     """The hand of a test session."""
 
-    target: Target
+    target: EmulatedTarget
     close: Callable[[], object] = lambda: None
     kept: tuple[str, ...] = ()
     used: bool = False
@@ -83,12 +99,12 @@ class SharedHand:
     @property
     def lost(self) -> bool:
         """True for an emulated hand that an exception has left in the middle of an event; it never answers again."""
-        truth = self.target.find(GroundTruth)
+        truth = self.target.in_process
         return truth is not None and truth.electronics.kernel.left
 
     def present(self) -> tuple[str, ...]:
         """Return the acts that describe the hand's present state."""
-        return self.target.get(HandBench).state().acts
+        return self.target.bench.state().acts
 
     def add(self, acts: Sequence[str]) -> None:
         """Store the acts of a fixture."""
@@ -97,12 +113,12 @@ class SharedHand:
     def end(self, acts: Sequence[str]) -> None:
         """Undo the acts of an ending fixture."""
         self.kept = tuple(one for one in self.kept if one not in acts)
-        self.target.get(HandBench).restore([one for one in self.present() if one not in acts])
+        self.target.bench.restore([one for one in self.present() if one not in acts])
 
     def end_test(self) -> None:
         """Undo the acts of a test; keep those of active fixtures."""
         self._restored = False
-        self.target.get(HandBench).restore(self.kept)
+        self.target.bench.restore(self.kept)
         self._restored = True
 
     def left_behind(self) -> tuple[str, ...]:
@@ -119,7 +135,7 @@ class SharedHand:
 class LentHand:
     """State of a hand at the start of one test."""
 
-    target: Target
+    target: EmulatedTarget
     faults: tuple[str, ...]
     """Texts of the faults that the hand was opened with for this test."""
     acts: int
@@ -128,9 +144,9 @@ class LentHand:
     now_s: float
 
     @classmethod
-    def of(cls, target: Target, faults: tuple[str, ...] = ()) -> LentHand:
+    def of(cls, target: EmulatedTarget, faults: tuple[str, ...] = ()) -> LentHand:
         """Return the present state of a hand."""
-        return cls(target, faults, len(target.get(HandBench).state().done), Waits.now(), target.clock.now())
+        return cls(target, faults, len(target.bench.state().done), Waits.now(), target.clock.now())
 
     def from_now(self) -> LentHand:
         """Return the hand with its waits counted from now."""
@@ -146,8 +162,15 @@ class LentHand:
 
     def done(self) -> list[tuple[str, str]]:
         """Return the JUnit property with the acts of the test and its fixtures; empty without acts."""
-        done = self.target.get(HandBench).state().done[self.acts :]
+        done = self.target.bench.state().done[self.acts :]
         return [("hil_acts", "; ".join(f"{t:.2f} s: {text}" for t, text in done))] if done else []
+
+
+def shared(target: Target, refuse: Callable[[str], str], close: Callable[[], object]) -> SharedHand:
+    """Return the hand of a session; a physical one passes each act to `refuse`."""
+    if isinstance(target, EmulatedTarget):
+        return SharedHand(target, close)
+    return SharedHand(EmulatedTarget(**vars(target), bench=RefusingBench(refuse)), close)
 
 
 def at_rest(target: Target, tries: int = REST_TRIES) -> bool:
@@ -162,15 +185,10 @@ def at_rest(target: Target, tries: int = REST_TRIES) -> bool:
     return False
 
 
-def refusing_acts(target: Target, refuse: Callable[[str], str]) -> Target:
-    """Return the target of a physical hand with a bench that passes each act to `refuse`."""
-    return replace(target, capabilities=(*target.capabilities, HandBench(refuse, BenchState)))
-
-
 def properties(target: Target, commit: str) -> list[tuple[str, Any]]:
     """Return the JUnit properties that describe a hand and the commit of aero-hil."""
     known = {
-        "target": target.name,
+        "target": target.port,
         "hand": target.side,
         "firmware": target.firmware,
         "map": target.map.coefficients.name,

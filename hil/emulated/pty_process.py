@@ -10,11 +10,11 @@ from queue import Empty, SimpleQueue
 
 from aero.child_process import ChildError, ChildProcess
 from hil.emulated import served_hand
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults.bench import BenchState, HandBench
 from hil.emulated.served_hand import ACTED, NEVER_FIRED, spec_text
 from hil.targets.delays import LATE, DelayLog, Loop
 from hil.targets.hand_errors import FaultNeverFiredError
-from hil.targets.hand_spec import HandSpec
 
 _LOG = logging.getLogger(__name__)
 NAME = "the process of the emulated hand"
@@ -45,10 +45,10 @@ class _Heard:
             self.answers.put(rest)
 
 
-class _ServedBench:
+class _ServedBench(HandBench):
     """Bench of the child: sends each act to its standard input and receives one line in answer."""
 
-    def __init__(self, child: ChildProcess, heard: _Heard, spec: HandSpec) -> None:
+    def __init__(self, child: ChildProcess, heard: _Heard, spec: EmulatedSpec) -> None:
         self._child, self._heard = child, heard
         self._state = BenchState(faults=" ".join(map(str, spec.faults)))
 
@@ -76,7 +76,7 @@ class _ServedBench:
 
 
 @contextmanager
-def serve_in_child(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[tuple[str, HandBench]]:
+def serve_in_child(spec: EmulatedSpec, delays: DelayLog | None = None) -> Iterator[tuple[str, HandBench]]:
     """Start an emulated hand on a pseudo-terminal; yield path and bench. `delays` receives the board's delays.
 
     Raises:
@@ -88,8 +88,7 @@ def serve_in_child(spec: HandSpec, delays: DelayLog | None = None) -> Iterator[t
     child = ChildProcess(command, NAME, on_line=heard.take)
     path = child.wait_ready(START_S)
     try:
-        served = _ServedBench(child, heard, spec)
-        yield path, HandBench(served.act, served.state)
+        yield path, _ServedBench(child, heard, spec)
     except BaseException:
         try:
             child.end(STOP_S)

@@ -20,11 +20,12 @@ from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.links.pty import PtyServer
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.emulated.emulated_hand import build_emulated
-from hil.emulated.faults import Schedule, parse_fault
+from hil.emulated.emulated_spec import EmulatedSpec
+from hil.emulated.faults import Schedule
 from hil.emulated.faults.bench import BenchState
 from hil.emulated.hands_on import HandsOn
 from hil.targets.delays import LATE, LEAST_S
-from hil.targets.hand_spec import HOMINGS, HandSpec
+from hil.targets.hand_spec import HOMINGS
 from model.units.plausible import unit_named
 
 NEVER_FIRED = "never-fired"
@@ -36,11 +37,13 @@ ACTED = "acted"
 class ServedHand:
     """Emulated hand with its workbench and the server of its ports."""
 
-    def __init__(self, spec: HandSpec, *, state: Path | None = None, bus_port: str | None = None, **ports: Any) -> None:
+    def __init__(
+        self, spec: EmulatedSpec, *, state: Path | None = None, bus_port: str | None = None, **ports: Any
+    ) -> None:
         """Build the hand and open its ports.
 
         Args:
-            spec: the hand, with target `pty`.
+            spec: the hand, on port `pty`.
             state: file of the board's stored calibration; None for none.
             bus_port: serial port of a physical board, which then replaces the emulated one.
             ports: further arguments of `PtyServer`.
@@ -66,20 +69,19 @@ class ServedHand:
         self.server = PtyServer(self.electronics, bus_port=bus_port, **ports)
 
 
-def spec_text(spec: HandSpec) -> str:
+def spec_text(spec: EmulatedSpec) -> str:
     """Return the specification of a hand as JSON text, the argument of the child process."""
     fields = {name: getattr(spec, name) for name in ("firmware", "side", "unit", "seed", "homed")}
     program = None if spec.firmware_program is None else str(spec.firmware_program)
     return json.dumps(fields | {"firmware_program": program, "faults": [*map(str, spec.faults)]})
 
 
-def spec_of(text: str) -> HandSpec:
+def spec_of(text: str) -> EmulatedSpec:
     """Parse the text of `spec_text`."""
-    fields = json.loads(text)
-    return HandSpec("pty", **fields | {"faults": tuple(map(parse_fault, fields["faults"]))})
+    return EmulatedSpec("pty", **json.loads(text))
 
 
-def serve(spec: HandSpec, parent: int) -> None:
+def serve(spec: EmulatedSpec, parent: int) -> None:
     """Serve a hand until SIGTERM, or until the process `parent` has ended."""
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         served = ServedHand(spec)

@@ -5,10 +5,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from aero.clock import Clock
+from hil.emulated.any_hand import EmulatedOpening, in_process
 from hil.emulated.emulated_hand import build_emulated, host_link
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults.schedule import Schedule
-from hil.targets.hand_spec import HandSpec
-from hil.targets.opening import Opening, first_reading, in_process
+from hil.targets.opening import first_reading
 from hil.targets.target import Target
 from model.units.plausible import unit_named
 
@@ -16,7 +17,7 @@ from model.units.plausible import unit_named
 class StandingHand:
     """Emulated hand on virtual time, with its workbench; each `open` stands for a new program at its port."""
 
-    def __init__(self, spec: HandSpec) -> None:
+    def __init__(self, spec: EmulatedSpec) -> None:
         """Build the hand with its faults.
 
         Raises:
@@ -24,7 +25,7 @@ class StandingHand:
         """
         self.spec, unit, schedule = spec, unit_named(spec.unit), Schedule(spec.faults, spec.seed)
         self.electronics, self.workbench = build_emulated(unit, spec, schedule=schedule)
-        self._opening = Opening(spec, unit, schedule)
+        self._opening = EmulatedOpening(spec, unit=unit, schedule=schedule)
 
     @property
     def clock(self) -> Clock:
@@ -41,7 +42,7 @@ class StandingHand:
         opening = self._opening
         self._opening = replace(opening, spec=replace(opening.spec, homed=False))
         with in_process(opening, self.workbench, host_link(self.workbench)) as target:
-            first_reading(target.hand, opening.delays, opening.spec.target, required=not may_be_silent)
+            first_reading(target.hand, opening.delays, opening.spec.port, required=not may_be_silent)
             yield target
 
     def close(self) -> None:

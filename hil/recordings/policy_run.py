@@ -5,19 +5,35 @@ Series, sampled once a control period: `codes` as read, `hand` (the codes as len
 the ground truth of hand and cube.
 """
 
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel, Joint
+from aero.floats import Floats
 from aero.policy.file import Policy
 from aero.policy.loop import run_policy
 from aero.policy.running import Ending, Run, RunSettings, Step
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Series
 from hil.targets.target import Target
-from model.cube_plant import CubeWatch
+
+
+class CubeWatched(Protocol):
+    """Cube in a hand."""
+
+    @property
+    def postures(self) -> Sequence[Floats]:
+        """True posture of hand and cube at each sample, in the columns of `POSTURE`."""
+
+    def place(self) -> object:
+        """Place the cube in the hand."""
+
+    def sample(self) -> object:
+        """Store the present posture."""
+
 
 POSTURE = {joint.label: "rad" for joint in Joint} | dict.fromkeys(("cube_x", "cube_y", "cube_z"), "m")
 POSTURE |= dict.fromkeys(("cube_qw", "cube_qx", "cube_qy", "cube_qz"), "1")
@@ -40,7 +56,7 @@ def record_policy(
     settings: RunSettings,
     *,
     progress: Progress = silent,
-    cube: CubeWatch | None = None,
+    cube: CubeWatched | None = None,
     correction: str = "",
 ) -> PolicyRun:
     """Run `policy` on `target`.

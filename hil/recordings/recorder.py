@@ -204,7 +204,7 @@ class Recorder:
         target = self._target
         return Header(
             experiment=self._experiment,
-            target=target.name,
+            target=target.port,
             hand=target.side,
             firmware=target.firmware,
             map=target.map.coefficients.name,

@@ -46,7 +46,7 @@ class HandEntry:
 
 
 Fields = dict[str, Any]
-"""Values of some fields of `hil.targets.hand_spec.HandSpec`, by name."""
+"""Values of some fields of `hil.targets.hand_spec.PortSpec`, by name."""
 
 
 def fields_of(target: str) -> Fields:
@@ -56,14 +56,14 @@ def fields_of(target: str) -> Fields:
         ValueError: an error in a file, or neither a known name nor an existing port.
     """
     if target in EMULATED_TARGETS or PORT.search(target):
-        return {"target": target}
+        return {"port": target}
     known: dict[str, Fields] = {}
     for path in files():
         known = read_hands(path) | known
     if target in known:
         return known[target]
     if os.path.lexists(target):
-        return {"target": target}
+        return {"port": target}
     there = f"{', '.join(known)} of {FILE}" if known else f"no name, as there is no {FILE} here"
     raise ValueError(
         f"no hand is called {target!r}; {meant(target, [*known, *EMULATED_TARGETS])}"
@@ -113,7 +113,7 @@ def _hand(path: Path, name: str, table: Any) -> Fields:
     if not _may_name(name):
         raise ValueError(f"{where}: a name is made of letters, digits, - and _, and is not that of a port")
     said = {key: value for key, value in vars(filled(HandEntry, table, where)).items() if value is not None}
-    fields = {"hand_id": name, "target": said.pop("port"), **said}
+    fields = {"hand_id": name, **said}
     if fields.get("twin", "").endswith(".toml"):
         fields["twin"] = str(path.parent / fields["twin"])
     if "baseline" in fields:

@@ -1,4 +1,4 @@
-"""Opening of a target: an emulated hand in this process or on a pseudo-terminal, or a physical hand on a port."""
+"""Opening of a hand on a port."""
 
 import os
 from collections.abc import Iterator
@@ -16,55 +16,64 @@ from aero.firmware import firmware_of
 from aero.hand import Hand
 from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
+from aero.side import Side
 from aero.transport import Transport
-from hil.emulated.emulated_hand import build_emulated, host_link, with_initial_conditions
-from hil.emulated.faults.bench import HandBench
-from hil.emulated.faults.schedule import Schedule
-from hil.emulated.faults.workbench import Workbench
-from hil.emulated.pty_process import serve_in_child
 from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
 from hil.targets.hand_errors import NoHandError
-from hil.targets.hand_spec import HOMINGS, PHYSICAL, HandSpec
-from hil.targets.target import GroundTruth, Target
+from hil.targets.hand_spec import PortSpec
+from hil.targets.hands_file import EMULATED_TARGETS, fields_of
+from hil.targets.target import Target
 from hil.targets.wire_log import WireLog
-from model.units import Unit
-from model.units.conditions import Conditions
-from model.units.plausible import unit_named
 
 
-def open_target(target: HandSpec | str = "emulated", **fields: Any) -> AbstractContextManager[Target]:
-    """Return a context manager that opens a hand.
+def open_port(
+    port: str,
+    *,
+    side: Side | None = None,
+    firmware: str | None = None,
+    guarded: bool = True,
+    thresholds: Thresholds | None = None,
+    hand_id: str | None = None,
+) -> AbstractContextManager[Target]:
+    """Return a context manager that opens a hand on a port.
 
     A guarded hand starts gently and is monitored in motion. At the end of the context, even after an error, it is
     opened with reduced torque; see `aero.safety.GuardedHand`.
 
     Args:
-        target: specification of the hand, or its target or name in `hands.toml`.
-        fields: with a target or a name, the arguments of `HandSpec.named`; with a specification, fields to replace.
+        port: path or pyserial URL of the port, or a name in `hands.toml`, whose values None takes below.
+        side: `right` (the default) or `left`.
+        firmware: declared version; a board cannot report its own.
+        guarded: False to drive the hand without the guard.
+        thresholds: thresholds of the guard.
+        hand_id: name of the individual hand; by default the serial number of its USB port.
 
     Raises:
-        ValueError: fields that `HandSpec.named` refuses; an unknown unit; a fault that cannot be injected.
-        FaultNeverFiredError: a fault had no effect; raised at the end of a context without another error.
-        FirmwareProgramError: the firmware program does not run; raised at the start of the context.
-        NoHandError: no port, or no reply at the port of a hand that must answer; raised at the start of the context.
+        ValueError: an unknown name, side or firmware, an error in `hands.toml`, or an emulated hand.
+        NoHandError: no port, or no reply; raised at the start of the context.
     """
-    spec = HandSpec.named(target, **fields) if isinstance(target, str) else replace(target, **fields)
-    unit = unit_named(spec.unit)
-    if spec.conditions is not None:
-        unit = spec.conditions.applied(unit)
-    opening = Opening(spec, unit, Schedule(spec.faults, spec.seed))
-    return {"emulated": _emulated, "pty": _pty}.get(spec.target, _physical)(opening)
+    said = fields_of(port)
+    if said["port"] in EMULATED_TARGETS:
+        raise ValueError(f"{port!r} is an emulated hand; `hil.emulate()` makes one")
+    asked: dict[str, Any] = {"side": side, "firmware": firmware, "thresholds": thresholds, "hand_id": hand_id}
+    return open_spec(replace(PortSpec(**said), guarded=guarded, **{k: v for k, v in asked.items() if v is not None}))
+
+
+@contextmanager
+def open_spec(spec: PortSpec) -> Iterator[Target]:
+    """Open the hand on the port of a specification; see `open_port`."""
+    opening = Opening(spec)
+    with driven(opening, spec.port) as (hand, clock, wire):
+        serial = serial_number(spec.port)
+        fields = opening.fields(hand, clock, wire) | {"hand_id": spec.hand_id or serial}
+        yield Target(**fields, serial_number=serial)
 
 
 @dataclass(frozen=True)
 class Opening:
     """Parameters of the opening of a hand."""
 
-    spec: HandSpec
-    unit: Unit
-    """Unit of an emulated hand, adapted to its initial conditions."""
-    schedule: Schedule = field(default_factory=Schedule)
-    """Faults of the hand, with their firing state."""
+    spec: PortSpec
     delays: DelayLog = field(default_factory=DelayLog)
     """Scheduling delays, recorded in real time only."""
 
@@ -73,59 +82,20 @@ class Opening:
         """Actuation map of the hand's firmware and side."""
         return ActuationMap.for_firmware(self.spec.firmware, side=self.spec.side)
 
-    def granted(self, hand: Hand, clock: Clock, wire: WireLog, **more: Any) -> Target:
-        """Return the open target; `more` overrides its fields."""
+    def fields(self, hand: Hand, clock: Clock, wire: WireLog) -> dict[str, Any]:
+        """Return the fields of `Target` that every hand has."""
         spec = self.spec
-        watched = hand.clock if isinstance(hand, GuardedHand) else clock
-        asked = {"unit": self.unit.name, "hand_id": spec.hand_id} | more
-        asked |= {"faults": self.schedule.faults, "delays": self.delays}
-        return Target(
-            spec.target, hand, watched, self.map, spec.firmware, spec.side, seed=spec.seed, wire=wire, **asked
-        )
-
-
-@contextmanager
-def _emulated(opening: Opening) -> Iterator[Target]:
-    electronics, workbench = build_emulated(opening.unit, opening.spec, schedule=opening.schedule)
-    with closing(electronics), in_process(opening, workbench, host_link(workbench)) as target:
-        yield target
-    opening.schedule.require_all_fired()
-
-
-@contextmanager
-def in_process(opening: Opening, workbench: Workbench, link: Transport) -> Iterator[Target]:
-    """Yield the target of an emulated hand in this process, reached by `link`."""
-    spec, electronics = opening.spec, workbench.electronics
-    clock = electronics.clock
-    settable = firmware_of(spec.firmware).settings is not None
-    found = with_initial_conditions(spec.conditions or Conditions(), link, clock, settable=settable, seed=spec.seed)
-    wire = WireLog(found, clock)
-    with _drive(wire, clock, opening) as hand:
-        for _ in range(HOMINGS if spec.homed else 0):
-            hand.home()
-        yield opening.granted(
-            hand,
-            clock,
-            wire,
-            capabilities=(GroundTruth(workbench.mechanics, electronics), workbench, HandBench.of(workbench)),
-        )
-
-
-@contextmanager
-def _pty(opening: Opening) -> Iterator[Target]:
-    with (
-        serve_in_child(opening.spec, opening.delays) as (path, bench),
-        _serial(opening, path) as (hand, clock, wire),
-    ):
-        yield opening.granted(hand, clock, wire, capabilities=(bench,))
-
-
-@contextmanager
-def _physical(opening: Opening) -> Iterator[Target]:
-    with _serial(opening, opening.spec.target) as (hand, clock, wire):
-        serial = serial_number(opening.spec.target)
-        known = opening.spec.hand_id or serial
-        yield opening.granted(hand, clock, wire, unit=PHYSICAL, hand_id=known, serial_number=serial)
+        return {
+            "port": spec.port,
+            "hand": hand,
+            "clock": hand.clock if isinstance(hand, GuardedHand) else clock,
+            "map": self.map,
+            "firmware": spec.firmware,
+            "side": spec.side,
+            "hand_id": spec.hand_id,
+            "wire": wire,
+            "delays": self.delays,
+        }
 
 
 def serial_number(port: str) -> str:
@@ -135,7 +105,12 @@ def serial_number(port: str) -> str:
 
 
 @contextmanager
-def _serial(opening: Opening, port: str) -> Iterator[tuple[Hand, Clock, WireLog]]:
+def driven(opening: Opening, port: str) -> Iterator[tuple[Hand, Clock, WireLog]]:
+    """Yield the driver on a port, with its clock and the log of its bytes.
+
+    Raises:
+        NoHandError: no port, or no reply of a hand that must answer.
+    """
     try:
         transport = SerialTransport.open(port)
     except (ConnectionError, ValueError) as error:
@@ -148,7 +123,7 @@ def _serial(opening: Opening, port: str) -> Iterator[tuple[Hand, Clock, WireLog]
     with (
         closing(clock),
         _standby_process(port, opening.spec.guard, opening.spec.firmware) as standby,
-        _drive(wire, clock, opening, standby) as hand,
+        drive(wire, clock, opening, standby) as hand,
     ):
         first_reading(hand, opening.delays, port, required=not opening.spec.may_be_silent)
         try:
@@ -179,7 +154,7 @@ def first_reading(hand: Hand, delays: DelayLog, port: str, *, required: bool = T
             return
 
 
-def _drive(transport: Transport, clock: Clock, opening: Opening, standby: Standby | None = None) -> Hand:
+def drive(transport: Transport, clock: Clock, opening: Opening, standby: Standby | None = None) -> Hand:
     """Return a driver on an open transport, guarded if the specification has thresholds."""
     thresholds = opening.spec.guard
     if thresholds is None:

@@ -1,12 +1,12 @@
-"""Target of a test or an experiment: one hand, physical or emulated, behind one interface.
+"""Target of a test or an experiment: one hand behind one interface.
 
-An experiment never depends on the kind of target. Features of some targets only are capabilities, which `Target.get`
-returns by class.
+An experiment never depends on the kind of target. `hil.emulated.emulated_target.EmulatedTarget` adds what only an
+emulated hand has: faults, acts and its true state.
 """
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING
 
 from aero.actuation import ActuationMap
 from aero.channels import Channel
@@ -15,69 +15,63 @@ from aero.firmware import firmware_of
 from aero.hand import Hand
 from aero.safety import GuardedHand, WatchedClock
 from aero.side import Side
-from firmware_emulator.hand import EmulatedHand
 from hil.dialogue.asker import Choice
-from hil.emulated.faults.bench import HandBench
-from hil.emulated.faults.catalogue import parse_fault
-from hil.emulated.faults.fault import Injection
-from hil.emulated.faults.workbench import Workbench
 from hil.targets.delays import DelayLog
 from hil.targets.hand_errors import MissingCapabilityError
-from hil.targets.hand_spec import hand_words
+from hil.targets.hand_spec import PHYSICAL, hand_words
 from hil.targets.wire_log import WireLog
-from model import BuiltHandPlant
 
-Capability = TypeVar("Capability")
-
-
-@dataclass(frozen=True)
-class GroundTruth:
-    """Capability of an emulated hand in this process: its true state, independent of its readings."""
-
-    plant: BuiltHandPlant
-    """Mechanics: joint angles, cable tensions, slack."""
-    electronics: EmulatedHand
-    """Electronics: board, bus and servos."""
-
-
-@dataclass(frozen=True)
-class Onlooker:
-    """Capability of visual inspection: a person who answers questions about the hand."""
-
-    answer: Callable[[Choice[str]], str]
-    """Returns the answer; raises `KeyboardInterrupt` if the dialogue has ended."""
+EMULATED_ONLY = ("inject", "clear", "act", "truth", "bench")
+"""Attributes of an emulated hand."""
+FORMER = {"get": "truth", "find": "truth"}
+"""Former attributes: the present one."""
 
 
 @dataclass(frozen=True, repr=False)
 class Target:
     """Open hand, ready for commands, with its description and logs."""
 
-    name: str
-    """Value of `--hil`."""
+    port: str
+    """Path or URL of the port; `emulated` or `pty` for an emulated hand."""
     hand: Hand
     clock: Clock
     map: ActuationMap
     firmware: str
     side: Side
-    unit: str
-    """Unit file of an emulated hand, `physical` for a hand on a port."""
-    seed: int
     hand_id: str
     """Name or serial number of the individual hand; empty if unknown."""
     wire: WireLog
     """Log of the bytes since the target was opened."""
     delays: DelayLog
     """Scheduling delays of this program and an emulated board since the opening; empty on virtual time."""
-    capabilities: tuple[object, ...] = ()
-    """Objects that `get` finds by class."""
+    unit: str = PHYSICAL
+    """Unit file of an emulated hand, `physical` for a hand on a port."""
+    seed: int = 0
     serial_number: str = ""
     """Serial number of the hand's USB port; empty if unknown."""
-    faults: tuple[Injection, ...] = ()
-    """Faults that an emulated hand was opened with."""
+    onlooker: Callable[[Choice[str]], str] | None = None
+    """Person who looks at the hand and answers; raises `KeyboardInterrupt` once the dialogue has ended."""
+    program_errors: tuple[type[Exception], ...] = ()
+    """Errors of a firmware program on an emulated board, which end an experiment."""
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name):
+            """Explain what this hand lacks."""
+            if name in FORMER:
+                raise AttributeError(f"there is no `{name}` any more; an emulated hand has `target.{FORMER[name]}`")
+            if name in EMULATED_ONLY:
+                raise MissingCapabilityError(f"{self.port} has no `{name}`; run with --hil=emulated for it")
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def __repr__(self) -> str:
         """Return one line, because pytest prints it for a failed test."""
-        return f"<Target: {self.describe()}>"
+        return f"<{type(self).__name__}: {self.describe()}>"
+
+    @property
+    def name(self) -> str:
+        """Name of the individual hand; its port if it has no name."""
+        return self.hand_id or self.port
 
     @property
     def real_time(self) -> bool:
@@ -106,70 +100,14 @@ class Target:
         if self.guard is not None:
             self.guard.expect_stops(stops)
 
-    def find(self, capability: type[Capability]) -> Capability | None:
-        """Return a capability, or None if this target lacks it."""
-        return next((found for found in self.capabilities if isinstance(found, capability)), None)
-
-    def get(self, capability: type[Capability]) -> Capability:
-        """Return a capability, such as `GroundTruth`.
-
-        Raises:
-            MissingCapabilityError: this target lacks the capability.
-        """
-        found = self.find(capability)
-        if found is None:
-            raise MissingCapabilityError(f"{self.name} has no {capability.__name__}; run with --hil=emulated for it")
-        return found
-
     @property
-    def wrong(self) -> tuple[Injection, ...]:
-        """Present faults of an emulated hand."""
-        # In this process, objects instead of text: a fault outside the catalogue cannot be parsed back.
-        if (here := self.find(Workbench)) is not None:
-            return here.present
-        bench = self.find(HandBench)
-        return self.faults if bench is None else bench.state().present
-
-    def inject(self, fault: Injection | str) -> None:
-        """Inject a fault into an emulated hand now, as in `target.inject("motor_dead:ring")`.
-
-        Raises:
-            MissingCapabilityError: the hand is not emulated.
-            ValueError: unknown fault, or a fault that this hand refuses.
-        """
-        asked = parse_fault(fault) if isinstance(fault, str) else fault
-        if (here := self.find(Workbench)) is not None:
-            here.inject(asked)
-        else:
-            self.act(f"inject {asked}")
-
-    def clear(self, fault: Injection | str) -> None:
-        """Clear a fault of an emulated hand.
-
-        Raises:
-            MissingCapabilityError: the hand is not emulated.
-            ValueError: the hand does not have the fault, or the fault cannot be undone.
-        """
-        asked = parse_fault(fault) if isinstance(fault, str) else fault
-        if (here := self.find(Workbench)) is not None:
-            here.clear(asked)
-        else:
-            self.act(f"clear {asked}")
-
-    def act(self, words: str) -> str:
-        """Perform an act of `hil.emulated.faults.acts.ACTS`, as in `target.act("exchange_servos ring pinky")`.
-
-        Returns a sentence about the act.
-
-        Raises:
-            MissingCapabilityError: the hand is not emulated.
-            ValueError: unknown act, or an act that this hand refuses.
-        """
-        return self.get(HandBench).act(words)
+    def wrong(self) -> tuple[object, ...]:
+        """Present faults of an emulated hand; `str` returns the text that `parse_fault` reads."""
+        return ()
 
     def describe(self) -> str:
         """Return a description of the hand in one line."""
         wrong = ", ".join(map(str, self.wrong))
         return hand_words(
-            self.side, self.name, self.firmware, unit=self.unit, seed=self.seed, hand_id=self.hand_id, wrong=wrong
+            self.side, self.port, self.firmware, unit=self.unit, seed=self.seed, hand_id=self.hand_id, wrong=wrong
         )

@@ -6,7 +6,6 @@ from enum import Enum
 from aero.channels import Channel
 from aero.errors import AeroError
 from aero.safety import SafetyReason, SafetyStopError
-from firmware_emulator.native.program import FirmwareProgramError
 from hil.recordings.errors import CannotBeWrittenError
 from hil.recordings.recording import Recording
 from hil.targets.hand_errors import FaultNeverFiredError
@@ -160,19 +159,19 @@ class RunEnd:
 FINISHED = RunEnd(EndKind.FINISHED)
 END_BY_ERROR: dict[type[BaseException], EndKind] = {
     SafetyStopError: EndKind.STOPPED,
-    FirmwareProgramError: EndKind.FIRMWARE,
     CannotBeWrittenError: EndKind.NOT_WRITTEN,
     AeroError: EndKind.LINK,
     OSError: EndKind.LINK,
     KeyboardInterrupt: EndKind.INTERRUPTED,
     SystemExit: EndKind.INTERRUPTED,
 }
-"""Kind of end by error; the first matching class counts. Partial recordings are saved."""
+"""Kind of end by error; the first matching class counts, and others are errors of a firmware program. Partial
+recordings are saved."""
 
 
 def aborted(experiment: str, error: BaseException, cut: tuple[Recording, ...]) -> RunEnd:
-    """Return the end of a run whose experiment was aborted by an error of `END_BY_ERROR`."""
-    kind = next(kind for errors, kind in END_BY_ERROR.items() if isinstance(error, errors))
+    """Return the end of a run whose experiment was aborted by an error of `END_BY_ERROR` or `Target.program_errors`."""
+    kind = next((kind for errors, kind in END_BY_ERROR.items() if isinstance(error, errors)), EndKind.FIRMWARE)
     return RunEnd(kind, experiment, str(error), error, cut)
 
 

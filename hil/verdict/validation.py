@@ -94,7 +94,7 @@ def validate(
                 with _recorded(recorder(name)) as record:
                     try:
                         _run(target, name, record, progress, set_limits)
-                    except tuple(END_BY_ERROR) as error:
+                    except (*END_BY_ERROR, *target.program_errors) as error:
                         end = aborted(name, error, (record.finish(ended=False),) if record.begun else ())
                         break
                     recording = record.finish()

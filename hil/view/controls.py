@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -11,13 +11,10 @@ import viser
 
 from aero.channels import Channel
 from aero.floats import Floats
-from hil.emulated.faults import CATALOGUE
-from hil.emulated.faults.fault import STEPS, FaultLayer
 from hil.view import panel
 from hil.view.entered_lines import add_prompt
+from hil.view.frame import FaultOffered
 
-PICKED = {name: fault for name, fault in CATALOGUE.items() if fault.later and fault.layer is not FaultLayer.HOST}
-"""Faults of the menu: those that can begin on a running hand behind a port."""
 WHOLE_HAND = "whole hand"
 OWN_S = 1.0
 """Time after a manual move during which a slider does not follow the hand, s."""
@@ -26,8 +23,9 @@ OWN_S = 1.0
 class Controls:
     """Translates the user's acts on the page to commands of the prompt."""
 
-    def __init__(self, gui: viser.GuiApi, on_words: Callable[[str], object]) -> None:
+    def __init__(self, gui: viser.GuiApi, faults: Sequence[FaultOffered], on_words: Callable[[str], object]) -> None:
         """Append the controls to the page; `on_words` receives the commands."""
+        self._offered = {fault.name: fault for fault in faults}
         self._on_words = on_words
         self._touched = dict.fromkeys(Channel, 0.0)
         with gui.add_folder("Command, % of the window"):
@@ -35,10 +33,10 @@ class Controls:
         for channel, slider in zip(Channel, self._sliders, strict=True):
             slider.on_update(partial(self._commanded, channel))
         with gui.add_folder("Faults"):
-            self._fault = gui.add_dropdown("Fault", list(PICKED))
+            self._fault = gui.add_dropdown("Fault", list(self._offered))
             self._described = gui.add_html("")
             self._channel = gui.add_dropdown("Channel", [WHOLE_HAND])
-            self._severity = gui.add_dropdown("Severity", list(STEPS), initial_value=STEPS[1])
+            self._severity = gui.add_dropdown("Severity", ["medium"])
             gui.add_button("Inject").on_click(
                 lambda _event: self._say(f"inject {self._picked()}={self._severity.value}")
             )
@@ -64,10 +62,11 @@ class Controls:
 
     def _offer(self) -> None:
         """Show the description and the candidate channels of the selected fault."""
-        if (fault := PICKED.get(self._fault.value)) is not None:
+        if (fault := self._offered.get(self._fault.value)) is not None:
             self._described.content = panel.described(fault)
-            self._channel.options = [channel.label for channel in fault.channels] or [WHOLE_HAND]
-            self._severity.disabled = fault.severity is None
+            self._channel.options = list(fault.channels) or [WHOLE_HAND]
+            self._severity.options = list(fault.steps) or ["medium"]
+            self._severity.disabled = not fault.steps
 
     def _picked(self) -> str:
         where = self._channel.value

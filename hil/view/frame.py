@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,19 @@ def unknown(size: int = len(Channel)) -> Floats:
     return np.full(size, np.nan)
 
 
+class FaultOffered(NamedTuple):
+    """Fault in the menu of an emulated hand."""
+
+    name: str
+    words: str
+    severities: str
+    """Severities with their unit, as text for display."""
+    channels: tuple[str, ...] = ()
+    """Labels of the candidate channels; empty for a fault of the whole hand."""
+    steps: tuple[str, ...] = ()
+    """Names of the severities; empty for a fault without a scale."""
+
+
 @dataclass(frozen=True)
 class Heading:
     """Title and features of the page."""
@@ -28,8 +42,14 @@ class Heading:
     """True for a live hand, False for a recording."""
     hands_on: bool = False
     """True to show the controls of an emulated hand on a port."""
+    faults: tuple[FaultOffered, ...] = ()
+    """Faults that the controls offer."""
     asks: bool = False
     """True to show questions to the person at the hand, and a Stop button."""
+
+    def __post_init__(self) -> None:
+        # JSON, which brings the heading to the page's process, has lists only
+        object.__setattr__(self, "faults", tuple(FaultOffered(*one) for one in self.faults))
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,7 @@ from jinja2 import Environment, PackageLoader
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.side import Side
-from hil.emulated.faults.catalogue import severities
-from hil.emulated.faults.fault import Fault
-from hil.view.frame import CaseStands, Heading, Moving, Note, Verdicts, ViewFrame
+from hil.view.frame import CaseStands, FaultOffered, Heading, Moving, Note, Verdicts, ViewFrame
 from hil.view.scene import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
 from model.appearance import PULLEY_RGBA
 
@@ -94,9 +92,9 @@ def lines(told: Sequence[str]) -> str:
     return TEMPLATES.get_template("lines.html").render(lines=told)
 
 
-def described(fault: Fault) -> str:
+def described(fault: FaultOffered) -> str:
     """Return the description of a fault with its severities."""
-    return TEMPLATES.get_template("fault.html").render(words=fault.words, severities=severities(fault))
+    return TEMPLATES.get_template("fault.html").render(words=fault.words, severities=fault.severities)
 
 
 def _row(frame: ViewFrame, channel: Channel) -> dict[str, object]:

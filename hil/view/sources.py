@@ -1,29 +1,25 @@
-"""Sources of the page's frames: ground truth of an emulated hand, or the bytes on the link to any hand.
+"""Sources of the page's frames: the bytes on the link to any hand.
 
 A source is sampled in a separate thread while the hand is driven. Sampling is passive: it sends no bytes, and steps
 neither physics nor clock.
 """
 
+from functools import singledispatch
 from typing import Protocol
 
 import numpy as np
 
 from aero.actuation import ActuationMap
 from aero.actuation.coefficients import SHIPPED
-from aero.channels import JOINT_BOX_RAD, WIRE_ORDER, Channel, Joint
+from aero.channels import JOINT_BOX_RAD, Joint
 from aero.driver import CURRENT_A_PER_UNIT
 from aero.floats import Floats
-from aero.protocol import FRAME_SIZE, MAX_CODE, Opcode, parse_reply, signed_values, unsigned_values
-from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
-from firmware_emulator.hand import EmulatedHand
-from firmware_emulator.servo import control
-from firmware_emulator.servo.parameters import CURRENT_UNIT_MA
+from aero.protocol import FRAME_SIZE, Opcode, parse_reply, signed_values, unsigned_values
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.recording import Recording
-from hil.targets.target import GroundTruth, Target
+from hil.targets.target import Target
 from hil.targets.wire_log import WireRecord
 from hil.view.frame import ViewFrame, unknown
-from model import BuiltHandPlant
 
 FRAMES_PER_S = 30.0
 """Frame rate, Hz: in real time for a live hand, in recorded time for a recording."""
@@ -35,32 +31,6 @@ class Source(Protocol):
     def frame(self) -> ViewFrame | None:
         """Return the present frame, or None before the first data."""
         ...
-
-
-class EmulatedSource:
-    """Emulated hand in this process: true posture and cables, and the servos' registers."""
-
-    def __init__(self, electronics: EmulatedHand, plant: BuiltHandPlant, codec: ActuationMap) -> None:
-        self._electronics, self._plant, self._codec = electronics, plant, codec
-
-    def frame(self) -> ViewFrame:
-        """Return the present frame."""
-        seen = self._plant.glimpse()
-        commanded, measured, currents, temperatures = (unknown() for _ in range(4))
-        for i, servo in enumerate(self._electronics.servos):
-            registers, angle, shaft = servo.memory, servo.frame.angle, SHAFT_OF_SERVO[i]
-            if registers.get("torque_enable") == control.ON and registers.get("mode") == control.POSITION:
-                commanded[shaft] = angle(registers.get("goal_position"))
-            measured[shaft] = angle(registers.get("present_position"))
-            currents[shaft] = abs(registers.get("present_current")) * CURRENT_UNIT_MA / 1000.0
-            temperatures[shaft] = registers.get("present_temperature")
-        # Seven cables do not determine sixteen joints, so the map's change from measured to commanded angles is added
-        # to the true posture.
-        joints = seen.joints + _posture(self._codec, commanded) - _posture(self._codec, measured)
-        words = self._electronics.commanded_words()
-        percent = np.array([words[WIRE_ORDER.index(channel)] for channel in Channel]) * (100.0 / MAX_CODE)
-        numbers = commanded, measured, percent, currents, temperatures, seen.tensions, seen.loose
-        return ViewFrame(seen.time, seen.joints, _within_stops(joints), *numbers)
 
 
 class WireSource:
@@ -99,7 +69,7 @@ class WireSource:
             currents = np.abs(signed_values(parse_reply(reply.data)) * CURRENT_A_PER_UNIT)
         if (reply := last.get(Opcode.GET_TEMP)) is not None:
             temperatures = unsigned_values(parse_reply(reply.data)).astype(float)
-        joints, wanted = (_within_stops(_posture(self._codec, angles)) for angles in (measured, commanded))
+        joints, wanted = (within_stops(posture(self._codec, angles)) for angles in (measured, commanded))
         time = max(record.t for record in last.values())
         return ViewFrame(time, joints, wanted, commanded, measured, currents=currents, temperatures=temperatures)
 
@@ -107,10 +77,9 @@ class WireSource:
         return np.asarray(self._codec.angles_from_codes(unsigned_values(parse_reply(record.data))), float)
 
 
+@singledispatch
 def source_of(target: Target) -> Source:
-    """Return the frame source of a target: ground truth if available, else its link from now on."""
-    if (truth := target.find(GroundTruth)) is not None:
-        return EmulatedSource(truth.electronics, truth.plant, target.map)
+    """Return the frame source of a target: its link from now on; `hil.emulated.hand_source` adds the ground truth."""
     source = WireSource(target.map)
     target.wire.listeners.append(source.take)
     return source
@@ -140,13 +109,13 @@ def frames(recording: Recording) -> list[ViewFrame]:
     return found
 
 
-def _posture(codec: ActuationMap, angles: Floats) -> Floats:
+def posture(codec: ActuationMap, angles: Floats) -> Floats:
     """Return the joint angles, (16,) rad, by the map from shaft angles, (7,) rad; all NaN if any angle is NaN."""
     if not np.isfinite(angles).all():
         return unknown(len(Joint))
     return np.asarray(codec.joints_from_compact(codec.compact_from_travel(codec.travel_from_angles(angles))))
 
 
-def _within_stops(joints: Floats) -> Floats:
+def within_stops(joints: Floats) -> Floats:
     """Return joint angles, (16,) rad, clipped to their limits; a shaft beyond its limit only slackens the cable."""
     return np.clip(joints, *JOINT_BOX_RAD.T)

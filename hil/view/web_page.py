@@ -132,7 +132,7 @@ class Page:
         self._buttons = gui.add_button_group("", ("Play", "Pause", *(("Live",) if self._heading.live else ())))
         self._found = gui.add_html("")
         if self._heading.hands_on:
-            self._controls = Controls(gui, self._on_words)
+            self._controls = Controls(gui, self._heading.faults, self._on_words)
         with gui.add_folder("Plots"):
             self._channel = gui.add_dropdown("Channel", [channel.label for channel in Channel])
             self._angles = self._plot("Shaft angle, °", ANGLE_COLOURS)

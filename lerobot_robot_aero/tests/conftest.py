@@ -28,7 +28,7 @@ def virtual(monkeypatch, tmp_path):
         how = dataclasses.asdict(chosen)
         how = {"firmware": how["firmware"], "hand": how["side"], "unit": how["unit"], "seed": how["seed"]}
         faults = map(parse_fault, chosen.fault.split())
-        with hil.open_target("emulated", **how, faults=faults, guarded=guarded) as target:
+        with hil.emulate(**how, faults=faults, guarded=guarded) as target:
             yield target
 
     def make(**options):
@@ -47,7 +47,7 @@ def virtual(monkeypatch, tmp_path):
 def recording(tmp_path_factory):
     """Return a recording of `STEPS` on an emulated hand."""
     path = tmp_path_factory.mktemp("recordings") / "steps.mcap"
-    with hil.open_target("emulated") as target:
+    with hil.emulate() as target:
         recorder = Recorder(target, "session", path)
         recorder.begin()
         start = target.clock.now()

@@ -134,8 +134,8 @@ def corrected() -> dict[str, str]:
     for seed, known in product(SEEDS, errors):
         unit = f"plausible:{seed}"
         angles = AngleMap.corrected(codec, unit if known else "none")
-        with hil.open_target("emulated", unit=unit, seed=seed) as target:
-            plant = target.get(hil.GroundTruth).plant
+        with hil.emulate(unit=unit, seed=seed) as target:
+            plant = target.truth.plant
             for posture in postures:
                 target.hand.command_codes(angles.codes(posture))
                 target.clock.sleep_until(target.clock.now() + 1.2)

@@ -10,7 +10,6 @@ from lerobot_robot_aero.angles import POSITIONS, named
 
 from aero import WallClock
 from aero.safety import SafetyStopError, Thresholds
-from hil import GroundTruth
 from hil.targets.hand_errors import NoHandError
 from lerobot_robot_aero import AeroHandRobot, AeroHandRobotConfig, AeroTwinConfig
 
@@ -96,7 +95,7 @@ def test_an_action_is_no_further_from_where_the_hand_stands_than_asked(virtual):
 def test_connecting_opens_a_closed_hand_slowly_and_disconnecting_opens_it_again(virtual):
     robot = virtual()
     robot.connect()
-    truth = robot._target.get(GroundTruth)
+    truth = robot._target.truth
     robot.send_action(GRASP)
     wait(robot, 1.0)
     closed = truth.electronics.clock.now()
@@ -120,7 +119,7 @@ def test_a_unit_file_of_the_hand_brings_its_joints_nearer_to_the_action(virtual,
         robot.connect()
         robot.send_action(GRASP)
         wait(robot, 1.5)
-        joints = np.rad2deg(robot._target.get(GroundTruth).plant.joint_angles())[:12].reshape(4, 3).mean(axis=1)
+        joints = np.rad2deg(robot._target.truth.plant.joint_angles())[:12].reshape(4, 3).mean(axis=1)
         robot.disconnect()
         return np.abs(joints - [GRASP[name] for name in fingers]).mean()
 

@@ -15,10 +15,10 @@ import hil
 from aero import ActuationMap, AeroHand, WallClock
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import Opcode
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.pty_process import serve_in_child
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.recorder import Recorder
-from hil.targets.hand_spec import HandSpec
 from lerobot_robot_aero import AeroTwin, AeroTwinConfig, aero_twin
 
 CODEC = ActuationMap.for_firmware(DEFAULT_FIRMWARE)
@@ -88,7 +88,7 @@ def test_the_commands_of_a_recording_come_back(recording, steps):
 
 def test_a_recording_without_a_command_is_refused(tmp_path):
     path = tmp_path / "still.mcap"
-    with hil.open_target("emulated") as target:
+    with hil.emulate() as target:
         recorder = Recorder(target, "session", path)
         recorder.begin()
         target.hand.read_codes()
@@ -121,7 +121,7 @@ def test_it_follows_either_a_hand_or_a_recording(options):
 def test_it_reads_another_hand_and_sends_it_to_no_position(monkeypatch, steps, tmp_path, limp):
     """The hand is left in a posture, which it keeps when it is only read and leaves when it is let go."""
     posture = np.array(steps[2])
-    with serve_in_child(HandSpec()) as (path, _):
+    with serve_in_child(EmulatedSpec()) as (path, _):
         with AeroHand.open_unguarded(path) as hand:
             clock = WallClock()
             hand.read_codes()

@@ -15,8 +15,8 @@ from page_commands import OPENED, PAGE, PATIENCE_S, begun, done, wait_for
 from aero import AeroHand, WallClock
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.pty_process import serve_in_child
-from hil.targets.hand_spec import HandSpec
 
 pytestmark = pytest.mark.slow
 
@@ -80,7 +80,7 @@ def test_lerobot_calibrate_homes_the_hand(tmp_path):
 def test_ctrl_c_in_an_episode_leaves_the_hand_open_and_the_data_set_readable(tmp_path, recording):
     shutil.copy(recording, tmp_path / "motion.mcap")
     clock = WallClock()
-    with serve_in_child(HandSpec()) as (port, _):
+    with serve_in_child(EmulatedSpec()) as (port, _):
         process = begun("lerobot-record", tmp_path, *shorter(episodes=9), f"--robot.port={port}")
         try:
             wait_for(process, "Recording episode 1")

@@ -32,5 +32,5 @@ def test_what_hands_toml_says_of_a_name_counts_over_the_defaults(tmp_path, monke
     monkeypatch.chdir(tmp_path)
     (tmp_path / "hands.toml").write_text('[bench]\nport = "/dev/ttyACM7"\nside = "left"\nfirmware = "0.1.5"\n')
     spec = spec_of(AeroHandRobotConfig(port="bench"))
-    assert (spec.target, spec.side, spec.firmware) == ("/dev/ttyACM7", "left", "0.1.5")
+    assert (spec.port, spec.side, spec.firmware) == ("/dev/ttyACM7", "left", "0.1.5")
     assert spec_of(AeroHandRobotConfig(port="bench", side="right")).side == "right"

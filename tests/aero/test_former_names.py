@@ -6,12 +6,10 @@ from aero import open_hand
 from aero.actuation import ActuationMap, CommandWindow
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
-from hil.targets.hand_spec import HandSpec
 
 CALLS = {
     "map": lambda **side: ActuationMap.for_firmware("0.2.0", **side),
     "window": lambda **side: CommandWindow.for_firmware("0.2.0", **side),
-    "spec": lambda **side: HandSpec.named("emulated", **side),
     "electronics": lambda **side: EmulatedHand(Bench(), start="bare", **side)._config,
 }
 

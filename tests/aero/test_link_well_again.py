@@ -11,7 +11,6 @@ from aero import AeroHand
 from aero.driver import CURRENT_A_PER_UNIT, SPEED_RAD_PER_S_PER_UNIT
 from aero.errors import AeroError
 from aero.protocol import Opcode
-from hil import GroundTruth
 
 FOUND_S = 0.2
 READS = ("read_codes", "read_currents", "read_speeds", "read_temperatures")
@@ -73,7 +72,7 @@ def test_a_healthy_hand_is_not_stopped_when_replies_were_lost_for_a_while(silent
     with guarded(link=FailingLink) as target:
         target.hand.command_codes([20000] * 4 + [0] * 3)
         wait(target, after_s)
-        link, electronics = target.wire._transport, target.get(GroundTruth).electronics
+        link, electronics = target.wire._transport, target.truth.electronics
         link.silent = True
         electronics.kernel.call_at(target.clock.now() + silent_s, setattr, link, "silent", False)
         wait(target, silent_s + 0.5)

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from hil import open_target
 from hil.checks import DEFAULT
+from hil.emulated.any_hand import open_target
 from hil.report.page import render_report
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate

@@ -10,7 +10,7 @@ from grasps.taxonomy import GRASPS
 from grasps.trial import codes_of, hold
 
 from aero.channels import Channel
-from hil.targets.opening import open_target
+from hil.emulated.any_hand import open_target
 from model.units import load_unit
 
 NAMED = {grasp.name: grasp for grasp in GRASPS}

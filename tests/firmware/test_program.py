@@ -13,9 +13,9 @@ from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.native import program as native_program
 from firmware_emulator.native.build import FirmwareBuildError, build
 from firmware_emulator.native.program import FirmwareProgramError
+from hil.emulated.any_hand import open_target
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.pty_process import serve_in_child
-from hil.targets.hand_spec import HandSpec
-from hil.targets.opening import open_target
 from tests.firmware.conftest import SKETCH
 
 
@@ -117,7 +117,7 @@ def test_a_sanitizer_stops_an_overrun_with_file_and_line(compiler, tmp_path):
 def test_it_drives_a_target_and_a_terminal(program):
     with open_target("emulated", firmware_program=str(program)) as opened:
         assert opened.hand.read_codes() is not None
-    served = serve_in_child(HandSpec(firmware_program=program))
+    served = serve_in_child(EmulatedSpec(firmware_program=program))
     with served as (path, _):
         transport = SerialTransport.open(path)
         clock = WallClock()

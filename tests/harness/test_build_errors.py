@@ -4,9 +4,9 @@ import dataclasses
 
 import pytest
 
-from hil import open_target
 from hil.checks import EXPERIMENTS
 from hil.checks.staircase.check import Staircase, run_staircase
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate

@@ -4,8 +4,8 @@ import pytest
 from drawn import drawn
 from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP
 
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
-from hil.targets.opening import open_target
 from hil.verdict.findings import failed
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect

@@ -66,11 +66,11 @@ def test_a_metric_is_added_in_the_folder_of_its_check(copy):
         )
     assert touched(copy) == {Path("hil/checks/holding")}
     program = (
-        "from hil import open_target\n"
+        "from hil import emulate\n"
         "from hil.checks import BOUNDS, EXPERIMENTS\n"
         "from hil.verdict.baseline import Baseline, regressions\n"
         "from hil.verdict.validation import validate\n"
-        "with open_target() as target: done = validate(target, ['holding'])\n"
+        "with emulate() as target: done = validate(target, ['holding'])\n"
         "print(done.numbers['holding']['ring']['peak_current'] > 0.1)\n"
         "print(EXPERIMENTS['holding'].metric('peak_current', 'ring').unit)\n"
         "print([bound.side for bound in BOUNDS if bound.metric == 'peak_current'])\n"
@@ -99,11 +99,11 @@ def test_an_experiment_is_a_folder(copy):
     )
     assert touched(copy) == {Path("hil/checks/waiting")}
     program = (
-        "from hil import open_target\n"
+        "from hil import emulate\n"
         "from hil.checks import DEFAULT\n"
         "from hil.report.page import render_report\n"
         "from hil.verdict.validation import validate\n"
-        "with open_target() as target: done = validate(target, ['presence', 'waiting'])\n"
+        "with emulate() as target: done = validate(target, ['presence', 'waiting'])\n"
         "print(DEFAULT[1], done.numbers['waiting']['hand']['readings'], 'plot-waiting' in render_report(done))\n"
     )
     assert run(copy, program) == ["waiting", "2.0", "True"]
@@ -118,12 +118,12 @@ def test_a_firmware_version_is_a_row_for_the_driver_and_one_for_the_emulator(cop
     edit(copy / "firmware_emulator" / "firmware" / "profiles.py", "_MAIN)", '_MAIN, replace(_0_2_0, version="9.9"))')
     assert touched(copy) == {Path("aero/firmware.py"), Path("firmware_emulator/firmware/profiles.py")}
     program = (
-        "from hil import open_target\n"
+        "from hil import emulate\n"
         "from hil.cli.options import FIRMWARE\n"
         "from hil.emulated.faults import CATALOGUE\n"
         "from hil.targets.boot_text import identify\n"
         "from hil.verdict.validation import validate\n"
-        "with open_target(firmware='9.9', homed=True) as target: done = validate(target, ['presence', 'audit'])\n"
+        "with emulate(firmware='9.9', homed=True) as target: done = validate(target, ['presence', 'audit'])\n"
         "print(done.passed, '9.9' in FIRMWARE, 'board_runs_9.9' in CATALOGUE)\n"
         "print('9.9' in identify('Power-on detected').versions)\n"
     )
@@ -139,9 +139,9 @@ def test_a_fault_is_added_in_the_file_of_faults_like_it(copy):
     )
     assert touched(copy) == {Path("hil/emulated/faults/servo.py")}
     program = (
-        "from hil import open_target\n"
+        "from hil import emulate\n"
         "from hil.emulated.faults import parse_fault\n"
-        "with open_target(faults=[parse_fault('servo_warm:ring=50')]) as target:\n"
+        "with emulate(faults=[parse_fault('servo_warm:ring=50')]) as target:\n"
         "    target.clock.sleep_until(target.clock.now() + 1.0)\n"
         "    print(target.hand.read_temperatures()[2] > 45)\n"
     )

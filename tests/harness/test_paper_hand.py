@@ -5,8 +5,8 @@ from functools import cache
 import pytest
 
 from aero.channels import FINGERS
+from hil.emulated.any_hand import open_target
 from hil.report.beside_paper import text_rows
-from hil.targets.opening import open_target
 from hil.verdict.validation import validate
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.pty_process import serve_in_child
-from hil.targets.hand_spec import HandSpec
 
 pytest_plugins = ["pytester"]
 ROOT = Path(__file__).parents[2]
@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 ONE_TEST = """
 def test_reads(aero_hand, aero_target):
     assert aero_hand.read_codes().shape == (7,)
-    assert aero_target.name == {!r}
+    assert aero_target.port == {!r}
 """
 
 
@@ -438,7 +438,7 @@ def test_an_act_skips_on_a_port_as_the_mark_does(pytester):
             assert aero_target.wrong == ()
         """
     )
-    with serve_in_child(HandSpec()) as (port, _):
+    with serve_in_child(EmulatedSpec()) as (port, _):
         result = pytester.runpytest(f"--hil={port}", "-rs")
     result.assert_outcomes(passed=1, skipped=2)
     assert result.stdout.str().count("its faults are for an emulated hand") == 2
@@ -669,7 +669,7 @@ def test_an_option_that_the_project_has_is_the_projects_and_ours_has_another_nam
         """
         def test_reads(aero_target, request):
             assert request.config.getoption("--hil") is True
-            assert aero_target.name == "emulated"
+            assert aero_target.port == "emulated"
             assert aero_target.seed == 4
         """
     )
@@ -738,7 +738,7 @@ def test_marks_of_other_tests_mean_what_their_project_says(pytester):
 
 def test_one_worker_of_xdist_uses_the_port_and_says_what_it_skips(pytester):
     pytester.makepyfile(SUITE.format(there=True))
-    with serve_in_child(HandSpec()) as (port, _):
+    with serve_in_child(EmulatedSpec()) as (port, _):
         result = pytester.runpytest_subprocess(f"--hil={port}", "-n", "1", "--hil-still", "-rs")
     result.assert_outcomes(passed=2, skipped=4)
     result.stdout.fnmatch_lines(["*run without --hil-still*"])
@@ -816,7 +816,7 @@ def test_moves(aero_target, times_out):
         aero_target.clock.sleep_until(aero_target.clock.now() + 0.1)
 
 def test_acts(aero_target, times_out):
-    bench = aero_target.get(HandBench)
+    bench = aero_target.bench
     times_out()
     while True:
         bench.act("power_off")

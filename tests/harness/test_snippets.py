@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from pages import environment
 
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.pty_process import serve_in_child
-from hil.targets.hand_spec import HandSpec
 
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
@@ -26,7 +26,7 @@ SNIPPETS = [
 
 @pytest.fixture(scope="module")
 def port():
-    with serve_in_child(HandSpec()) as (path, _):
+    with serve_in_child(EmulatedSpec()) as (path, _):
         yield path
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from hil import GroundTruth, Target
+from hil import Target
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.verdict.findings import failed
 from hil.verdict.run_end import EndKind
@@ -43,7 +43,7 @@ def test_within_limits(target, hand, name):
 @pytest.mark.needs_ground_truth
 def test_the_encoders_tell_the_truth(target, hand, settle, open_codes):
     """They know how far a shaft has turned; where they count from is what homing found."""
-    plant = target.get(GroundTruth).plant
+    plant = target.truth.plant
     goal = open_codes.copy()
     start = target.map.angles_from_codes(settle(goal))[Channel.MIDDLE], plant.angles()[Channel.MIDDLE]
     goal[Channel.MIDDLE] = 40000

@@ -24,7 +24,8 @@ from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.links.pty import PtyServer
-from hil import NoHandError, open_target
+from hil import NoHandError
+from hil.emulated.any_hand import open_target
 
 ROOT = Path(__file__).parents[2]
 TIOCGEXCL = 0x80045440

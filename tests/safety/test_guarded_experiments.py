@@ -7,8 +7,8 @@ from guarded_hands import close, guarded, torque_limits, wait
 from aero import Channel
 from aero.firmware import firmware_of
 from aero.safety import SafetyStopError, Thresholds
-from hil import open_target
 from hil.checks.staircase.check import FULL, Staircase, run_staircase
+from hil.emulated.any_hand import open_target
 from hil.recordings.recorder import Recorder
 from hil.verdict.run_end import FINISHED
 from hil.verdict.validation import validate

@@ -20,8 +20,8 @@ from aero.safety.stop import Violation
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
-from hil import GroundTruth, open_target
 from hil.cli.exits import ending
+from hil.emulated.any_hand import open_target
 
 LIMP = Thresholds().limp_torque
 HOT = Violation(SafetyReason.TEMPERATURE, "it is hot", Channel.RING)
@@ -37,10 +37,10 @@ def stops(reason, channel=None, match=""):
 
 def assert_open_and_limp(target):
     """The hand is open, its servos are weak, and it takes no more commands."""
-    electronics = target.get(GroundTruth).electronics
+    electronics = target.truth.electronics
     electronics.clock.sleep_until(electronics.clock.now() + 0.5)
     electronics.advance_plant()
-    assert np.abs(np.rad2deg(target.get(GroundTruth).plant.joint_angles())).max() < 15.0
+    assert np.abs(np.rad2deg(target.truth.plant.joint_angles())).max() < 15.0
     assert torque_limits(target) == [LIMP] * 7
     with pytest.raises(SafetyStopError, match="stopped"):
         target.hand.command_codes([0] * 7)
@@ -116,7 +116,7 @@ def test_a_firmware_without_torque_settings_takes_no_limit():
 def test_a_closed_hand_is_opened_no_faster_than_the_gentle_speed():
     """An earlier program left it closed."""
     with guarded() as target:
-        electronics, plant = target.get(GroundTruth).electronics, target.get(GroundTruth).plant
+        electronics, plant = target.truth.electronics, target.truth.plant
         electronics.receive(bytes([Opcode.CTRL_POS, 0]) + b"\xff\xc0" * 7)
         electronics.clock.sleep_until(electronics.clock.now() + 1.5)
         speeds = []
@@ -199,7 +199,7 @@ def test_a_hot_hand_is_not_moved():
 
 def test_a_hand_that_holds_against_something_is_not_moved():
     with guarded(thresholds=Thresholds(stop_torque=700)) as target:
-        electronics = target.get(GroundTruth).electronics
+        electronics = target.truth.electronics
         electronics.receive(bytes([Opcode.CTRL_POS, 0, 0, 0, 0xFF, 0xFF]) + bytes(10))
         electronics.clock.sleep_until(electronics.clock.now() + 1.0)
         with stops(
@@ -224,7 +224,7 @@ def test_a_servo_that_falls_off_the_bus_stops_the_hand():
     with guarded() as target:
         close(target, Channel.INDEX, share=0.5)
         wait(target, 1.0)
-        servos = target.get(GroundTruth).electronics.bus.servos
+        servos = target.truth.electronics.bus.servos
         servos.pop()
         with stops(SafetyReason.STALE, None, r"repeated to the last digit.*SUPPLY OFF.*readings do not change"):
             wait(target, 1.0)
@@ -238,10 +238,10 @@ def test_a_board_that_goes_silent_stops_the_hand_and_is_opened_blindly():
         target.wire._transport.silent = True
         with stops(SafetyReason.SILENT, None, "not answered"):
             wait(target, 2.0)
-    electronics = target.get(GroundTruth).electronics
+    electronics = target.truth.electronics
     electronics.clock.sleep_until(electronics.clock.now() + 0.5)
     electronics.advance_plant()
-    assert np.abs(np.rad2deg(target.get(GroundTruth).plant.joint_angles())).max() < 15.0
+    assert np.abs(np.rad2deg(target.truth.plant.joint_angles())).max() < 15.0
 
 
 def test_a_board_too_old_for_limits_names_the_request_that_it_did_not_answer():
@@ -298,7 +298,7 @@ def test_a_board_that_hangs_is_not_blamed_on_an_idle_machine():
     with guarded() as target:
         close(target, Channel.INDEX, share=0.5)
         wait(target, 1.0)
-        target.get(GroundTruth).electronics.board.stop()
+        target.truth.electronics.board.stop()
         with pytest.raises(SafetyStopError, match="has not answered") as stop:
             wait(target, 5.0)
     for word in ("busy", " late", "came up to"):
@@ -310,7 +310,7 @@ def test_a_channel_that_does_not_open_is_not_given_its_usual_torque():
         return dataclasses.replace(drive, setpoint=2.0)
 
     with guarded(rewire=lambda plant: Tampered(plant, Channel.INDEX, stays)) as target:
-        electronics = target.get(GroundTruth).electronics
+        electronics = target.truth.electronics
         electronics.receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
         electronics.clock.sleep_until(electronics.clock.now() + 1.0)
         with stops(SafetyReason.STILL_CLOSED, Channel.INDEX, r"index is still \d+% closed after"):
@@ -380,7 +380,7 @@ def test_another_program_that_moves_the_hand_stops_it():
     with guarded() as target:
         close(target, Channel.INDEX, share=0.4)
         wait(target, 3.0)
-        target.get(GroundTruth).electronics.receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
+        target.truth.electronics.receive(bytes([Opcode.CTRL_POS, 0]) + bytes(14))
         with stops(SafetyReason.MOTION_AT_REST, Channel.INDEX, r"index moved by -\d+% of its window without a command"):
             wait(target, 1.0)
         assert_open_and_limp(target)

@@ -12,7 +12,6 @@ from guarded_hands import FailingLink, close, guarded, torque_limits, wait
 from aero import Channel
 from aero.protocol import Opcode
 from aero.safety import SafetyStopError, Thresholds
-from hil import GroundTruth
 
 LIMP = Thresholds().limp_torque
 OPEN_DEG = 25.0
@@ -64,10 +63,10 @@ ANSWERING = [nothing, restart, power_cycle, out_of_step, servos_in_torque_mode]
 
 
 def openness_deg(target):
-    electronics = target.get(GroundTruth).electronics
+    electronics = target.truth.electronics
     electronics.clock.sleep_until(electronics.clock.now() + 0.5)
     electronics.advance_plant()
-    return np.abs(np.rad2deg(target.get(GroundTruth).plant.joint_angles())).max()
+    return np.abs(np.rad2deg(target.truth.plant.joint_angles())).max()
 
 
 UNKNOWN_TO_PRE = {stalled_thumb, torque_mode, servos_in_torque_mode}
@@ -88,7 +87,7 @@ QUICK = {("0.2.0", fist)}
 def test_a_hand_whose_board_answers_is_left_open_and_weak(firmware, state, fault):
     with guarded(firmware=firmware) as target:
         state(target)
-        fault(target.get(GroundTruth).electronics)
+        fault(target.truth.electronics)
     assert openness_deg(target) < OPEN_DEG
     if firmware != "pre":
         assert torque_limits(target) == [LIMP] * 7
@@ -99,7 +98,7 @@ def test_a_hand_whose_board_answers_is_left_open_and_weak(firmware, state, fault
 def test_a_fault_in_the_middle_of_the_last_opening_does_not_end_it(firmware, fault):
     with guarded(firmware=firmware) as target:
         fist(target)
-        electronics = target.get(GroundTruth).electronics
+        electronics = target.truth.electronics
         electronics.kernel.call_at(electronics.kernel.now + 1.0, fault, electronics)
     assert openness_deg(target) < OPEN_DEG
     if firmware != "pre":
@@ -144,7 +143,7 @@ def test_a_thumb_that_stalls_on_firmware_without_limits_is_stopped_and_opened(fa
     """With a fault in the middle of the opening, which takes the last 2 of 3.2 s."""
 
     def stall(target):
-        electronics = target.get(GroundTruth).electronics
+        electronics = target.truth.electronics
         electronics.kernel.call_at(electronics.kernel.now + 2.0, fault, electronics)
         stalled_thumb(target)
 
@@ -205,7 +204,7 @@ def test_a_board_that_may_be_out_of_step_is_sent_no_byte_that_it_could_take_for_
 def test_a_board_that_hangs_for_a_while_is_waited_for():
     with guarded(link=DeafLink) as target:
         fist(target)
-        link, kernel = target.wire._transport, target.get(GroundTruth).electronics.kernel
+        link, kernel = target.wire._transport, target.truth.electronics.kernel
         link.deaf = True
         kernel.call_at(kernel.now + 6.0, setattr, link, "deaf", False)
     assert openness_deg(target) < OPEN_DEG
@@ -215,7 +214,7 @@ def test_a_board_that_hangs_for_a_while_is_waited_for():
 def test_a_servo_that_is_silent_is_said_and_the_others_open():
     def lose_pinky(target):
         fist(target)
-        target.get(GroundTruth).electronics.bus.servos.pop()
+        target.truth.electronics.bus.servos.pop()
 
     target, said = ended(guarded(), lose_pinky)
     assert "SWITCH THE HAND'S SUPPLY OFF" in said
@@ -228,7 +227,7 @@ def test_a_restart_does_not_lose_the_limits():
         target.guard.limit_torques(0.4)
         close(target, Channel.INDEX, share=0.5)
         wait(target, 0.5)
-        target.get(GroundTruth).electronics.reset("reset")
+        target.truth.electronics.reset("reset")
         wait(target, 1.0)
         close(target, Channel.MIDDLE, share=0.5)
         wait(target, 0.5)

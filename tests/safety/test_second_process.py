@@ -15,7 +15,7 @@ from aero.safety import Thresholds
 from aero.safety.__main__ import HOMES_S, LONGEST_S, KnownPort, open_what_was_left
 from aero.safety.opening import open_and_relax
 from hil.emulated.emulated_hand import build_emulated
-from hil.targets.hand_spec import HandSpec
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.units import load_unit
 
 FIST = [0xE000] * 4 + [0] * 3
@@ -25,7 +25,7 @@ class Left:
     """An emulated hand that a killed program left as a fist, at full torque, and its port."""
 
     def __init__(self, **spec):
-        self.electronics, _plant = build_emulated(load_unit("reference"), HandSpec(seed=3, **spec))
+        self.electronics, _plant = build_emulated(load_unit("reference"), EmulatedSpec(seed=3, **spec))
         self.clock, self.present = self.electronics.clock, True
         AeroHand(FailingLink(self.electronics), self.clock).command_codes(FIST)
         self.clock.sleep_until(self.clock.now() + 1.0)

@@ -16,7 +16,7 @@ import pytest
 from aero import Channel
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 
 UNITS = int(os.environ.get("SLIP_UNITS", "1"))

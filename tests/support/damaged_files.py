@@ -15,7 +15,7 @@ from aero.policy.interface import PolicyFileError
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.task import ShownAction
 from firmware_emulator.firmware.nvs import Nvs
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recorder import Recorder

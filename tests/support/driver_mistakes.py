@@ -9,7 +9,7 @@ import pytest
 from aero import protocol
 from aero.actuation import ActuationMap, load_coefficients
 from aero.driver import AeroHand
-from hil.targets.opening import open_target
+from hil.emulated.any_hand import open_target
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 from hil.verdict.validation import validate

@@ -7,10 +7,9 @@ import numpy as np
 
 from aero.protocol import MAX_CODE
 from firmware_emulator.links.in_process import InProcessLink
-from hil import GroundTruth
+from hil.emulated.any_hand import EmulatedOpening, in_process
 from hil.emulated.emulated_hand import build_emulated
-from hil.targets.hand_spec import HandSpec
-from hil.targets.opening import Opening, in_process
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.units import load_unit
 
 
@@ -57,9 +56,9 @@ def guarded(*, firmware="0.2.0", rewire=None, thresholds=None, link=InProcessLin
     """Yield a guarded target on the reference unit, with changed `servos` parameters."""
     unit = load_unit("reference")
     unit = dataclasses.replace(unit, servos=dataclasses.replace(unit.servos, **(servos or {})))
-    spec = HandSpec(firmware=firmware, seed=3, guarded=True, thresholds=thresholds)
+    spec = EmulatedSpec(firmware=firmware, seed=3, guarded=True, thresholds=thresholds)
     electronics, workbench = build_emulated(unit, spec, rewire=rewire)
-    with in_process(Opening(spec, unit), workbench, link(electronics)) as target:
+    with in_process(EmulatedOpening(spec, unit=unit), workbench, link(electronics)) as target:
         yield target
 
 
@@ -75,7 +74,7 @@ def close(target, *channels, share=1.0):
 
 def torque_limits(target):
     """Return the torque limits of the servos, register units, in wire order."""
-    return [servo.memory.get("goal_torque") for servo in target.get(GroundTruth).electronics.servos]
+    return [servo.memory.get("goal_torque") for servo in target.truth.electronics.servos]
 
 
 class BusyHost(InProcessLink):

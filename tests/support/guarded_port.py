@@ -13,7 +13,7 @@ from aero.safety import Thresholds
 from aero.safety.port_guard import GuardedKind, PortGuard
 from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated.emulated_hand import build_emulated
-from hil.targets.hand_spec import HandSpec
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.units import load_unit
 
 FIST = make_positions([MAX_CODE] * 4 + [0, 0, 0])
@@ -87,7 +87,7 @@ class Guarded:
 
 @contextmanager
 def guarded_port(*, firmware="0.2.0", thresholds=None, rewire=None, seed=3, **fields):
-    spec = HandSpec(firmware=firmware, seed=seed)
+    spec = EmulatedSpec(firmware=firmware, seed=seed)
     electronics, workbench = build_emulated(load_unit("reference"), spec, rewire=rewire)
     link = InProcessLink(electronics)
     line = ScriptedLine(link, electronics.clock)

@@ -18,12 +18,12 @@ from aero.side import Side
 from hil.dialogue.asker import Choice
 from hil.dialogue.case_session import CaseSession
 from hil.emulated.emulated_case import EmulatedCaseHand
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults.fault import FaultLayer, Injection
 from hil.emulated.faults.winding import NEIGHBOUR
 from hil.emulated.standing_hand import StandingHand
 from hil.report.results import write_results
 from hil.targets.hand_errors import NoHandError
-from hil.targets.hand_spec import HandSpec
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import CASE, read_case
 from hil.verdict.part import Part
@@ -123,7 +123,9 @@ def _about(fault):
 def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, side: Side) -> Played:
     """Complete one case: validate, then do steps until the case ends."""
     start = process_time()
-    spec = HandSpec("emulated", firmware, side, unit, seed, guarded=True, homed=True, faults=tuple(faults))
+    spec = EmulatedSpec(
+        firmware=firmware, side=side, unit=unit, seed=seed, guarded=True, homed=True, faults=tuple(faults)
+    )
     with TemporaryDirectory() as name, closing(StandingHand(spec)) as standing:
         folder, hand, owner = Path(name), EmulatedCaseHand(standing), Owner()
         found, busy, ended, session = True, False, "", None

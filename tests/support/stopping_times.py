@@ -12,7 +12,6 @@ from aero import Channel
 from aero.channels import WIRE_ORDER
 from aero.safety import SafetyReason, SafetyStopError, Thresholds
 from firmware_emulator.plant import Drive
-from hil import GroundTruth
 from hil.targets.target import Target
 
 LATE = {"idle": 0.0, "late": 0.05}
@@ -56,7 +55,7 @@ class Stopping:
 
 
 def _jump(target: Target) -> None:
-    servo = target.get(GroundTruth).electronics.servos[WIRE_ORDER.index(Channel.MIDDLE)]
+    servo = target.truth.electronics.servos[WIRE_ORDER.index(Channel.MIDDLE)]
     servo.frame.set_offset(900)
     servo.feedback.invalidate()
 

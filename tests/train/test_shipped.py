@@ -11,7 +11,7 @@ from aero.policy.network import Layer, Network
 from aero.policy.running import RunSettings
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import ShownAction
-from hil.targets.hand_spec import HandSpec
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.scene import CUBE, Cube
 from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit, unit_named
@@ -94,7 +94,7 @@ def test_it_turns_the_cube_in_process(shipped):
 def test_it_turns_a_cube_on_the_hand_it_is_made_for(unit, side, cube):
     policy, hand = find_policy(DEFAULT), unit_named(unit)
     settings = RunSettings(seconds=SECONDS, correction=tuple(correction(hand, policy.settings).tolist()))
-    trial = run_trial(policy, HandSpec(unit=unit, side=side, guarded=True, cube=cube), settings)
+    trial = run_trial(policy, EmulatedSpec(unit=unit, side=side, guarded=True, cube=cube), settings)
     assert trial.kept
     assert trial.rate_rad_s > 0.4  # four seeds of each reach 0.65 to 1.08 rad/s, by the friction of each motion
 
@@ -107,7 +107,9 @@ def test_a_mistake_in_running_it_shows(mistake, batch, shipped):
 def test_showing_another_action_shows_in_a_replay():
     """A gait may survive this mistake, so it is searched for where nothing can hide it."""
     policy, steps = find_policy(DEFAULT), []
-    run_trial(policy, HandSpec(unit="paper", guarded=True, cube=CUBE), RunSettings(seconds=2.0), on_step=steps.append)
+    run_trial(
+        policy, EmulatedSpec(unit="paper", guarded=True, cube=CUBE), RunSettings(seconds=2.0), on_step=steps.append
+    )
     lengths, actions = (np.array([getattr(step, name) for step in steps]) for name in ("lengths", "action"))
     np.testing.assert_array_equal(actions_on(policy, lengths), actions)
     shifted = actions_on(replace(policy, shown_action=ShownAction.BEFORE_LAST), lengths)

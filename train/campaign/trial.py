@@ -13,11 +13,11 @@ from aero.firmware import DEFAULT_FIRMWARE
 from aero.safety import SafetyStopError
 from aero.side import Side
 from hil.checks import DEFAULT
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.emulated.faults.board import RUNS
 from hil.recordings.provenance import source_commit
 from hil.targets.hand_errors import FaultNeverFiredError
-from hil.targets.opening import open_target
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.parts import Suspect

@@ -13,7 +13,7 @@ from hil.dialogue.printing import echo
 from hil.dialogue.terminal import ProgressBar
 from hil.dialogue.terminal import console as new_console
 from hil.recordings.recorder import Recorder
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import PortSpec
 from train.identification.excitation import EXPERIMENT, MOTIONS, REACH, excitation, play
 
 LABELS = tuple(channel.label for channel in Channel)
@@ -37,7 +37,7 @@ LABELS = tuple(channel.label for channel in Channel)
 )  # fmt: skip
 def record_command(
     *,
-    spec: HandSpec,
+    spec: PortSpec,
     excite: str,
     scale: float,
     channels: tuple[str, ...],

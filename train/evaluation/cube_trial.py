@@ -9,9 +9,8 @@ from aero.floats import Floats
 from aero.policy.file import Policy
 from aero.policy.loop import run_policy
 from aero.policy.running import Ending, Run, RunSettings, Step
-from hil.targets.hand_spec import HandSpec
-from hil.targets.opening import open_target
-from hil.targets.target import GroundTruth
+from hil.emulated.any_hand import open_emulated
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.cube_plant import CubePlant, CubeWatch
 
 
@@ -19,7 +18,7 @@ from model.cube_plant import CubePlant, CubeWatch
 class CubeTrial:
     """Result of one trial."""
 
-    spec: HandSpec
+    spec: EmulatedSpec
     """Hand with its cube; the hand's seed also determines the cube's initial pose."""
     kept: bool
     """Whether the run reached its time limit with the cube in the hand."""
@@ -47,7 +46,7 @@ class CubeTrial:
 
 def run_trial(
     policy: Policy,
-    spec: HandSpec,
+    spec: EmulatedSpec,
     settings: RunSettings | None = None,
     *,
     on_step: Callable[[Step], None] = lambda _: None,
@@ -63,8 +62,8 @@ def run_trial(
     settings = settings or RunSettings()
     goals: list[Floats] = []
     currents: list[Floats] = []
-    with open_target(spec) as opened:
-        truth = opened.get(GroundTruth)
+    with open_emulated(spec) as opened:
+        truth = opened.truth
         assert isinstance(truth.plant, CubePlant)
         watch = CubeWatch(truth.plant, spec.seed)
 

@@ -19,7 +19,7 @@ from aero.policy.settings import PRESETS
 from aero.policy.task import ShownAction
 from aero.side import Side
 from aero_hil_toml import filled, parsed
-from hil.targets.hand_spec import HandSpec
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.scene import CUBE, Cube, any_cube
 from model.units.cable_correction import NONE, TYPICAL, named_correction
 from model.units.plausible import PLAUSIBLE
@@ -52,7 +52,7 @@ class Case:
 
     name: str
     """Name of the table row that counts this trial."""
-    spec: HandSpec
+    spec: EmulatedSpec
     settings: RunSettings
 
 
@@ -92,7 +92,7 @@ def over_hands(
         if correct == WRONG and twins is None:
             error = np.random.default_rng((number, WRONG_STREAM)).standard_normal(len(Channel))
             row = row + WRONG_M * error * np.isin(np.arange(len(Channel)), CABLES)
-        spec = HandSpec(unit=unit, seed=number, side=SIDES[k % len(SIDES)], guarded=True, cube=cube)
+        spec = EmulatedSpec(unit=unit, seed=number, side=SIDES[k % len(SIDES)], guarded=True, cube=cube)
         made.append(Case(ANY_CUBE, spec, RunSettings(seconds=seconds, correction=tuple(row.tolist()))))
     if not made:
         raise ValueError(f"{twins} has no {seed}.toml, nor the unit file of another hand of this evaluation")
@@ -141,7 +141,7 @@ class Deployment:
             unit = f"{PLAUSIBLE}{number}" if self.unit == ANY_HAND else self.unit
             whose = unit if self.correction == EXACT else self.correction
             row = named_correction(whose, settings.settings or policy.settings)
-            spec = HandSpec(unit=unit, firmware=self.firmware, seed=number, guarded=self.guarded, cube=cube)
+            spec = EmulatedSpec(unit=unit, firmware=self.firmware, seed=number, guarded=self.guarded, cube=cube)
             found.append(Case(self.name, spec, replace(settings, correction=tuple(row.tolist()))))
         return found
 

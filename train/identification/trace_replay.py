@@ -17,7 +17,7 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO, HandSide
 from firmware_emulator.kernel import on_grid
 from hil.emulated.emulated_hand import build_emulated
-from hil.targets.hand_spec import HandSpec
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.units import Unit
 from train.identification.trace import Trace, closing_current_sign
 
@@ -65,7 +65,7 @@ def replay(
         fields: series to read in sequence, each with its link delay; the others are NaN.
     """
     alike = replace(unit, hand=replace(unit.hand, cable_friction_spread=0.0))
-    electronics, _ = build_emulated(alike, HandSpec(firmware=firmware, side=side, seed=seed))
+    electronics, _ = build_emulated(alike, EmulatedSpec(firmware=firmware, side=side, seed=seed))
     for servo, shaft in zip(electronics.servos, SHAFT_OF_SERVO, strict=True):
         read = trace.temperatures[np.isfinite(trace.temperatures[:, shaft]), shaft]
         if len(read):

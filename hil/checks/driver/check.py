@@ -1,7 +1,7 @@
 """Driver and map: commands against sent bytes, and readings against received bytes.
 
-Needs no ground truth. The recorded frames are decoded a second time by the board's own word layout
-(`firmware_emulator`) and by the paper's equations (`independent_map`), which share no code with `aero`. Not an
+Needs no ground truth. The recorded frames are decoded a second time by the firmware's word
+layout (`independent_frames`) and by the paper's equations (`independent_map`), which share no code with `aero`. Not an
 experiment: measured on the recording of each experiment, and the worst result counts.
 """
 
@@ -12,8 +12,7 @@ import numpy as np
 from aero.channels import Channel
 from aero.firmware import firmware_of
 from aero.floats import Floats
-from firmware_emulator.firmware.frames import FRAME_SIZE, Opcode, reply, words_of
-from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
+from hil.checks.driver.independent_frames import FRAME, SERVO_OF_CHANNEL, Opcode, words_of
 from hil.checks.driver.independent_map import MAP, codes_of_lengths, lengths_of_codes
 from hil.checks.shared.exchanges import Exchange, exchanges
 from hil.checks.shared.experiment import Measured
@@ -27,9 +26,8 @@ AHEAD = 4
 """Number of following requests that must be in order too before a reading is compared."""
 CANDIDATES = 4
 """Number of requests of one kind that may have returned a reading: the driver's, and polls of the guard."""
-REFUSED_SETTING = reply(Opcode.SET_TOR, [0xFFFF])
+REFUSED_SETTING = FRAME.pack(Opcode.SET_TOR, 0, 0xFFFF, *(0,) * 6)
 """Torque limit for a nonexistent channel, which every board refuses."""
-_SERVO_OF_CHANNEL = np.argsort(SHAFT_OF_SERVO)
 _NOTHING = np.empty((0, len(Channel)))
 READ = {"codes": Opcode.GET_POS, "currents": Opcode.GET_CURR, "temperatures": Opcode.GET_TEMP}
 """Request of each series of readings."""
@@ -78,7 +76,7 @@ def _limits(recording: Recording, requests: Sequence[Exchange]) -> float:
 def _answered(made: Exchange) -> bool:
     """Return whether a reading has exactly one reply, or a command none; True for other requests."""
     if made.opcode in READ.values():
-        return len(made.received) == FRAME_SIZE and made.received.startswith(bytes((made.opcode, 0)))
+        return len(made.received) == FRAME.size and made.received.startswith(bytes((made.opcode, 0)))
     return made.opcode != Opcode.CTRL_POS or not made.received
 
 
@@ -172,4 +170,4 @@ def _readings(frames: Sequence[bytes], opcode: Opcode) -> Floats:
 def _values(frames: Sequence[bytes]) -> Floats:
     """Return the words of frames in command order, (n, 7) float."""
     words = np.array([words_of(frame) for frame in frames], float).reshape(-1, len(Channel))
-    return words[:, _SERVO_OF_CHANNEL]
+    return words[:, SERVO_OF_CHANNEL]

@@ -14,7 +14,7 @@ from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.hand_errors import LookEndedError, MissingCapabilityError
-from hil.targets.target import Onlooker, Target
+from hil.targets.target import Target
 
 YES, NO, AGAIN, NONE = "yes", "no", "again", "none"
 MOTIONS = {
@@ -48,18 +48,17 @@ FURTHEST = (TO_AND_FRO[1],) * 7
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Show each channel's motion and ask the target's `Onlooker`.
+    """Show each channel's motion and ask the target's onlooker.
 
     Raises:
         MissingCapabilityError: nobody looks.
         LookEndedError: the person ended it; the hand is open.
     """
-    onlooker = target.find(Onlooker)
-    if onlooker is None:
+    if target.onlooker is None:
         raise MissingCapabilityError("nobody looks at the hand: run `aero-hil validate --only look` on a terminal")
     recorder.begin({"nudge_thumb": NUDGE[Channel.THUMB_FLEXOR], "hold_s": HOLD_S})
     moves = 1 + len(Channel) * (2 * TIMES + 2 * TIMES + 2)
-    look = _Look(Sampler(target, recorder, progress, moves * HOLD_S), onlooker)
+    look = _Look(Sampler(target, recorder, progress, moves * HOLD_S), target.onlooker)
     try:
         look.all_open()
         for channel in Channel:
@@ -101,7 +100,7 @@ def tip_followed(motion: str) -> Choice[str]:
 
 
 class _Look:
-    def __init__(self, sampler: Sampler, onlooker: Onlooker) -> None:
+    def __init__(self, sampler: Sampler, onlooker: Callable[[Choice[str]], str]) -> None:
         self._sampler = sampler
         self._onlooker = onlooker
 
@@ -150,7 +149,7 @@ class _Look:
     def _asked(self, question: Choice[str], show: Callable[[], None] = lambda: None) -> str:
         while True:
             show()
-            answer = self._onlooker.answer(question)
+            answer = self._onlooker(question)
             # the person's answering time must not be caught up by faster samples
             self._sampler.resume()
             self._sampler.recorder.note(f"{question.text} {answer}")

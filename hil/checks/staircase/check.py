@@ -24,7 +24,7 @@ from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
 from hil.recordings.series_layout import LABELS
 from hil.targets.target import Target
-from model import RoutedHand
+from model.routed import RoutedHand
 
 __all__ = ["FURTHEST", "Staircase", "details", "measure", "run", "run_staircase", "stream"]
 

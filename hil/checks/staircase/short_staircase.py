@@ -19,7 +19,7 @@ from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
-from model import RoutedHand
+from model.routed import RoutedHand
 
 STEP = 0.05
 """Step height, fraction of the range; equal to one of the paper's twenty levels."""

@@ -44,7 +44,7 @@ def doctor(port: str | None, save: str | None, as_json: bool) -> None:
     if save is not None and port is None:
         raise click.UsageError("--save needs --hil, because the hand is queried first")
     with usage_errors():
-        port = fields_of(port)["target"] if port else ""
+        port = fields_of(port)["port"] if port else ""
         if save is not None:
             refuse_taken(save)
     findings = []

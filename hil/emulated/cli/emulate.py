@@ -21,13 +21,12 @@ from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, RECORD, VIEW, HostAndP
 from hil.cli.output_files import LINK, RECORDED, STATE
 from hil.dialogue.printing import echo
 from hil.dialogue.viewing import viewing
-from hil.emulated.faults import parse_fault
-from hil.emulated.hands_on import HandsOn
+from hil.emulated.emulated_spec import EmulatedSpec, parsed_faults
+from hil.emulated.hand_source import EmulatedSource
+from hil.emulated.hands_on import OFFERED, HandsOn
 from hil.emulated.served_hand import ServedHand
 from hil.targets.delays import LEAST_S, DelayLog, Loop
-from hil.targets.hand_spec import HandSpec
 from hil.view.feed import Observer
-from hil.view.sources import EmulatedSource
 
 if TYPE_CHECKING:
     from hil.recordings.wire_file import WireFile
@@ -49,7 +48,7 @@ _LOG = logging.getLogger(__name__)
 @click.option("--prompt", is_flag=True, help="Accept acts on standard input even if it is not a terminal.")
 def emulate(
     *,
-    spec: HandSpec,
+    spec: EmulatedSpec,
     link: Path | None,
     bus_link: Path | None,
     bus_port: str | None,
@@ -67,7 +66,7 @@ def emulate(
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
-            spec = replace(spec, target="pty", faults=tuple(map(parse_fault, faults)))
+            spec = replace(spec, port="pty", faults=parsed_faults(faults))
             for output, path in ((LINK, link), (LINK, bus_link), (STATE, state)):
                 if path is not None:
                     output.distinct(path)
@@ -90,7 +89,7 @@ def emulate(
             return bool(stopped)
 
         delays = DelayLog()
-        page = viewing(view, spec, stay=False, on_words=hands_on.put)
+        page = viewing(view, spec, stay=False, on_words=hands_on.put, faults=OFFERED)
         recorded = link_recorded(
             record, target=server.name, unit=served.unit.name, firmware=spec.firmware, side=spec.side, seed=spec.seed,
             delays=delays,

@@ -13,9 +13,10 @@ from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import FAULT_HELP, RECORD, link_recorded
 from hil.cli.output_files import LINK, RECORDED
 from hil.dialogue.printing import echo
+from hil.emulated.emulated_spec import named_spec
 from hil.emulated.faults import Schedule, parse_fault
 from hil.emulated.faults.proxy import LinkProxy
-from hil.targets.hand_spec import PHYSICAL, HandSpec
+from hil.targets.hand_spec import PHYSICAL
 
 
 @click.command()
@@ -32,17 +33,17 @@ def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], record: Path
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
-            spec = HandSpec.named(port)
+            spec = named_spec(port)
             schedule = Schedule(map(parse_fault, faults))
             if link is not None:
                 LINK.distinct(link)
             if record is not None:
                 RECORDED.prepared(record)
         try:
-            transport = SerialTransport.open(spec.target)
+            transport = SerialTransport.open(spec.port)
         except ConnectionError as error:
             raise Ended(str(error), Exit.NO_HAND) from error
-        recorded = link_recorded(record, target=spec.target, unit=PHYSICAL, firmware=spec.firmware, side=spec.side)
+        recorded = link_recorded(record, target=spec.port, unit=PHYSICAL, firmware=spec.firmware, side=spec.side)
         with closing(transport), recorded as file, ExitStack() as opened:
             with usage_errors():
                 between = opened.enter_context(closing(LinkProxy(transport, schedule, link=link)))

@@ -1,7 +1,7 @@
 """Faults of a hand, its servos, its board and its link, as plain objects.
 
 `parse_fault("encoder_scale:index=1.05@20")` returns an injection, `CATALOGUE` lists all faults, and
-`hil.open_target(faults=...)` injects faults into an emulated hand.
+`hil.emulate(faults=...)` injects faults into an emulated hand.
 """
 
 from aero_hil import hidden

@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hil.emulated.faults.acts import act
@@ -41,18 +42,28 @@ class BenchState:
         return tuple(map(parse_fault, self.faults.split()))
 
 
-@dataclass(frozen=True)
-class HandBench:
-    """Capability to act on an emulated hand in this process or behind a pseudo-terminal."""
+class HandBench(ABC):
+    """Acts on an emulated hand, in this process or another."""
 
-    act: Callable[[str], str]
-    """Performs an act given as text and returns a sentence about the act; raises ValueError if the hand refuses."""
-    state: Callable[[], BenchState]
+    @abstractmethod
+    def act(self, words: str) -> str:
+        """Perform an act given as text and return a sentence about it; raise ValueError if the hand refuses."""
 
-    @classmethod
-    def of(cls, workbench: Workbench) -> HandBench:
-        """Return the bench of a hand in this process."""
-        return cls(lambda words: act(workbench, words), lambda: BenchState.of(workbench))
+    @abstractmethod
+    def state(self) -> BenchState:
+        """Return the present state."""
+
+    def inject(self, fault: Injection) -> None:
+        """Inject a fault; raise ValueError if the hand refuses."""
+        self.act(f"inject {fault}")
+
+    def clear(self, fault: Injection) -> None:
+        """Clear a fault; raise ValueError if the hand does not have it or it cannot be undone."""
+        self.act(f"clear {fault}")
+
+    def present(self) -> tuple[Injection, ...]:
+        """Return the present faults."""
+        return self.state().present
 
     def restore(self, wanted: Sequence[str]) -> None:
         """Restore the state that the `wanted` acts produce on a healthy hand.
@@ -65,6 +76,33 @@ class HandBench:
                 return
             self.act(words)
         raise ValueError(f"the hand's state cannot be restored: {', '.join(self.state().acts)}")
+
+
+class BenchHere(HandBench):
+    """Bench of a hand in this process; faults outside the catalogue, which no text names, pass as objects."""
+
+    def __init__(self, workbench: Workbench) -> None:
+        self.workbench = workbench
+
+    def act(self, words: str) -> str:
+        """Perform an act."""
+        return act(self.workbench, words)
+
+    def state(self) -> BenchState:
+        """Return the present state."""
+        return BenchState.of(self.workbench)
+
+    def inject(self, fault: Injection) -> None:
+        """Inject a fault."""
+        self.workbench.inject(fault)
+
+    def clear(self, fault: Injection) -> None:
+        """Clear a fault."""
+        self.workbench.clear(fault)
+
+    def present(self) -> tuple[Injection, ...]:
+        """Return the present faults."""
+        return self.workbench.present
 
 
 def next_act(present: Sequence[str], wanted: Sequence[str]) -> str | None:

@@ -4,24 +4,25 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from hil.emulated.any_hand import open_target
+from hil.emulated.emulated_spec import named_spec
 from hil.emulated.faults import parse_fault
 from hil.targets.hand_errors import FaultNeverFiredError
-from hil.targets.hand_spec import HandSpec
-from hil.targets.opening import open_target
+from hil.targets.hand_spec import PortSpec
 from hil.targets.target import Target
 from lerobot_robot_aero.config import EMULATED, ChosenHandConfig
 
 _LOG = logging.getLogger(__name__)
 
 
-def spec_of(chosen: ChosenHandConfig) -> HandSpec:
+def spec_of(chosen: ChosenHandConfig) -> PortSpec:
     """Return the hand of a configuration; entries in `hands.toml` override defaults.
 
     Raises:
         ValueError: an unknown name, side or firmware.
     """
     port = "pty" if chosen.port == EMULATED else chosen.port
-    return HandSpec.named(port, firmware=chosen.firmware, side=chosen.side, unit=chosen.unit, seed=chosen.seed)
+    return named_spec(port, firmware=chosen.firmware, side=chosen.side, unit=chosen.unit, seed=chosen.seed)
 
 
 @contextmanager

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hil import open_target
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import map_of, record
 from hil.checks.shared.signals import find_steps
+from hil.emulated.any_hand import open_target
 from model.units.conditions import Conditions
 from tests.support.synthetic import HEADER
 

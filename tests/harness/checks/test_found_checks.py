@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from aero.errors import LinkTimeoutError
-from hil import open_target
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.shared.experiment import record
+from hil.emulated.any_hand import open_target
 from hil.recordings.output import json_text
 from hil.report.results import checks_json
 from hil.verdict.findings import failed

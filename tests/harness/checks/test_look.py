@@ -11,10 +11,9 @@ from person import Person
 from aero.channels import Channel
 from hil.checks.look.check import which_moved
 from hil.cli import main
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.recordings.mcap_file import read_recording
-from hil.targets.opening import open_target
-from hil.targets.target import GroundTruth, Onlooker
 from hil.verdict.findings import failed
 from hil.verdict.run_end import EndKind
 from hil.verdict.validation import judge_recordings, validate
@@ -23,8 +22,8 @@ from hil.verdict.validation import judge_recordings, validate
 def looked_at(person, *, unit, fault=None, homed=True, folder=None, guarded=None):
     faults = [parse_fault(fault)] if fault else []
     with open_target("emulated", unit=unit, faults=faults, homed=homed, guarded=guarded) as target:
-        person.plant = target.get(GroundTruth).plant
-        seen_by = replace(target, capabilities=(*target.capabilities, Onlooker(person.answer)))
+        person.plant = target.truth.plant
+        seen_by = replace(target, onlooker=person.answer)
         result = validate(seen_by, ["look"], folder=folder, progress=person.watch)
         return result, target.hand.read_codes()
 

@@ -6,9 +6,9 @@ from guarded_hands import BusyHost, guarded
 from recorded import staircase_of
 
 from aero.channels import FINGERS, Channel
-from hil import open_target
 from hil.checks.staircase.check import Staircase
 from hil.checks.staircase.tracking import staircase_metrics
+from hil.emulated.any_hand import open_target
 
 SHORT = Staircase(levels=2, hold_s=0.6, lead_s=0.6)
 

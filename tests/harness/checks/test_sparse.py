@@ -6,9 +6,9 @@ import pytest
 
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import record
+from hil.emulated.any_hand import open_target
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Series
-from hil.targets.opening import open_target
 
 NAMES = ("presence", "audit", "response", "coupling", "holding", "replay")
 PARTS = {

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aero.channels import FINGERS
-from hil import open_target
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import record
 from hil.checks.window.check import taken_up
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate

@@ -8,9 +8,9 @@ from click.testing import CliRunner
 
 from aero.channels import Channel
 from aero.exit_code import Exit
-from hil import open_target
 from hil.cli import diagnose, main
 from hil.dialogue.case_session import CaseSession
+from hil.emulated.any_hand import open_target
 from hil.recordings.errors import NotOneHandError, UnusableFileError
 from hil.verdict import validation
 from hil.verdict.case import DiagnosisCase, Done, Proposal

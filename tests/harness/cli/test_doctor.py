@@ -27,8 +27,8 @@ from hil.cli.doctor.ports import (
     holders,
 )
 from hil.cli.exits import ending
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.pty_process import serve_in_child
-from hil.targets.hand_spec import HandSpec
 
 HOMED = tuple(span // 3 * 65535 // span for span in SPANS.tolist())
 RESTARTED = (*HOMED[:4], 400 * 65535 // 1025, 500 * 65535 // 1296, HOMED[6])
@@ -38,7 +38,7 @@ RESTARTED = (*HOMED[:4], 400 * 65535 // 1025, 500 * 65535 // 1296, HOMED[6])
     "version", ["pre", "main", *(pytest.param(version, marks=pytest.mark.slow) for version in ("0.1.0", "0.2.0"))]
 )
 def test_the_fingerprint_of_an_emulated_board_names_its_version_and_moves_nothing(version: str) -> None:
-    with serve_in_child(HandSpec(firmware=version)) as (path, _):
+    with serve_in_child(EmulatedSpec(firmware=version)) as (path, _):
         first = ask(path)
         second = ask(path)
     assert version in candidates(first)

@@ -17,9 +17,9 @@ import pytest
 from click.testing import CliRunner
 from damaged_files import damaged
 
-from hil import open_target
 from hil.cli import main
 from hil.cli import view as view_command
+from hil.emulated.any_hand import open_target
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recording import Series

@@ -10,10 +10,10 @@ from click.testing import CliRunner
 from policies import policy
 
 from aero.policy.file import save
-from hil import open_target
 from hil.cli import main
 from hil.cli.command_table import commands
 from hil.cli.output_files import Output, OutputFile, OutputFolder
+from hil.emulated.any_hand import open_target
 from hil.report.results import write_results
 from hil.report.run_folder import DATA
 from hil.verdict.validation import validate

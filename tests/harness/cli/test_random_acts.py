@@ -13,10 +13,10 @@ from nightly import NIGHTLY
 from aero.channels import Channel
 from firmware_emulator.links import pty
 from hil.emulated.emulated_hand import build_emulated
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults import CATALOGUE
 from hil.emulated.faults.acts import ACTS
 from hil.emulated.hands_on import COMMAND, HandsOn
-from hil.targets.hand_spec import HandSpec
 from hil.verdict.part import Part
 from model.units import load_unit
 
@@ -58,7 +58,7 @@ def walk(seed, lines, monkeypatch):
     chance, now, said, done = random.Random(seed), [0.0], [], []
     monkeypatch.setattr(pty, "time", SimpleNamespace(monotonic=lambda: now[0]))
     monkeypatch.setattr(pty, "select", SimpleNamespace(select=lambda *ends: select.select(*ends[:3], 0.0)))
-    electronics, workbench = build_emulated(load_unit("reference"), HandSpec(seed=seed))
+    electronics, workbench = build_emulated(load_unit("reference"), EmulatedSpec(seed=seed))
     workbench.at_a_port = electronics.says_rom_text = True
     hands_on = HandsOn(workbench, lambda text, severity: said.append(text))
 

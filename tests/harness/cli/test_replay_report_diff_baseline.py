@@ -10,10 +10,10 @@ import pytest
 from click.testing import CliRunner
 from synthetic import replaced
 
-from hil import open_target
 from hil.checks import EXPERIMENTS
 from hil.cli import main
 from hil.cli.replay import compare_replies, resend
+from hil.emulated.any_hand import open_target
 from hil.recordings.errors import NotOneHandError
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recording import DELAYS, delay_series

@@ -19,8 +19,8 @@ from policies import policy
 from aero.policy.file import save
 from aero.whole_file import whole, write_whole
 from firmware_emulator.firmware.nvs import Nvs
-from hil import open_target
 from hil.cli import main
+from hil.emulated.any_hand import open_target
 from hil.recordings.mcap_file import write_recording
 from hil.verdict.validation import validate
 

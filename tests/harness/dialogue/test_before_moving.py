@@ -3,8 +3,8 @@
 import pytest
 
 from aero.safety import Thresholds
-from hil import open_target
 from hil.dialogue.before_moving import before_moving
+from hil.emulated.any_hand import open_target
 
 FULLY, OPEN = (1.0,) * 7, (0.0,) * 7
 NUDGES = (0.2, 0.2, 0.2, 0.2, 0.1, 0.1, 0.1)

@@ -9,16 +9,17 @@ from click.testing import CliRunner
 from aero.channels import Channel
 from aero.exit_code import Exit
 from aero.safety import SafetyReason, SafetyStopError
-from hil import open_target
 from hil.cli import main
 from hil.dialogue import case_session
 from hil.dialogue.asker import Choice
 from hil.dialogue.case_session import CONNECTED, RUNS, CaseSession
+from hil.emulated.any_hand import open_target
 from hil.emulated.emulated_case import ACTS, EmulatedCaseHand
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults import parse_fault
 from hil.emulated.standing_hand import StandingHand
 from hil.targets.hand_errors import NoHandError
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import PortSpec
 from hil.verdict.case import DiagnosisCase, Done, Proposal
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
 from hil.verdict.failures import Failures
@@ -70,7 +71,7 @@ class Silent:
 class Homing:
     """A hand whose board answers only after a while."""
 
-    spec, helper = HandSpec("/dev/nowhere"), None
+    spec, helper = PortSpec("/dev/nowhere"), None
 
     def __init__(self, target, silent_s):
         self.target, self.clock = target, target.clock
@@ -108,7 +109,7 @@ def test_a_board_that_waits_for_the_rest_of_a_frame_gets_it(tmp_path):
     """A board that another program had left out of step kept a step from ending any failure."""
     once = replace(SETUP, case=replace(SETUP.case, before=Failures({("session", "lost_replies", "hand"): 3.0})))
     write_case(tmp_path, once)
-    with closing(StandingHand(HandSpec())) as standing:
+    with closing(StandingHand(EmulatedSpec())) as standing:
         standing.electronics.board.receive(b"M105\n")
         session = CaseSession(once, tmp_path, EmulatedCaseHand(standing), asker := Silent())
         session.go_through()
@@ -120,7 +121,7 @@ def test_a_board_that_waits_for_the_rest_of_a_frame_gets_it(tmp_path):
 def test_a_part_is_replaced_until_the_next_step(tmp_path):
     """A board that homed was asked a second time from the old computer, which was then cleared."""
     stalls = parse_fault("host_stalls=0.5")
-    with closing(StandingHand(HandSpec(faults=(stalls,)))) as standing:
+    with closing(StandingHand(EmulatedSpec(faults=(stalls,)))) as standing:
         hand = EmulatedCaseHand(standing)
         hand.do(Proposal(steps()["computer"]))
         for _ in range(2):
@@ -184,7 +185,7 @@ def test_a_case_ends_with_a_command_that_names_version_and_side(ended, command, 
     write_case(tmp_path, closed)
     with open_target() as target:
         hand = Homing(target, 0)
-        hand.spec = HandSpec("/dev/nowhere", "0.1.5", "left")
+        hand.spec = PortSpec("/dev/nowhere", "0.1.5", "left")
         CaseSession(closed, tmp_path, hand, asker := Silent()).go_through()
     assert asker.told[-1].conclusion.endswith(f" Then validate again: {command}")
 

@@ -12,10 +12,10 @@ from aero.channels import WIRE_ORDER
 from aero.protocol import make_positions
 from firmware_emulator.links.pty import PtyServer
 from hil.emulated.emulated_hand import build_emulated
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults.acts import ACTS
 from hil.emulated.hands_on import COMMAND, IDLE_S, HandsOn
 from hil.recordings.mcap_file import read_recording
-from hil.targets.hand_spec import HandSpec
 from model.units import load_unit
 
 PATIENCE_S = 60.0
@@ -23,7 +23,7 @@ PATIENCE_S = 60.0
 
 @pytest.fixture
 def served():
-    electronics, workbench = build_emulated(load_unit("reference"), HandSpec(seed=3))
+    electronics, workbench = build_emulated(load_unit("reference"), EmulatedSpec(seed=3))
     workbench.at_a_port = True
     told = []
     return HandsOn(workbench, lambda text, severity: told.append((severity, text))), workbench, electronics, told
@@ -86,7 +86,7 @@ def wait(electronics, seconds):
 @pytest.mark.parametrize("firmware", ["0.1.0", "0.2.0"])
 def test_a_slider_leaves_the_other_channels_where_they_were_told_to_go(firmware):
     """Whoever told them: a program, two sliders at once, or nobody while the servos were without torque."""
-    electronics, workbench = build_emulated(load_unit("reference"), HandSpec(seed=3, firmware=firmware))
+    electronics, workbench = build_emulated(load_unit("reference"), EmulatedSpec(seed=3, firmware=firmware))
     hands_on = HandsOn(workbench, lambda text, severity: pytest.fail(text))
     closed = np.array([50_000, 40_000, 30_000, 20_000, 10_000, 15_000, 25_000])
     electronics.receive(make_positions(closed))

@@ -8,8 +8,8 @@ from datetime import datetime, timedelta
 import pytest
 from click.testing import CliRunner
 
-from hil import open_target
 from hil.cli import main
+from hil.emulated.any_hand import open_target
 from hil.history.runs import of_hand, runs_in
 from hil.recordings.mcap_file import read_header, read_recording, write_recording
 from hil.report.results import write_results

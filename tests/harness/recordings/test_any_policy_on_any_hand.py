@@ -15,12 +15,11 @@ from aero.policy.running import RunSettings
 from aero.policy.shipped import find_policy, shipped_policies
 from aero.safety import SafetyStopError, Thresholds
 from firmware_emulator.firmware.profiles import PROFILES
-from hil import GroundTruth
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder
 from hil.targets.hand_errors import FaultNeverFiredError
-from hil.targets.opening import open_target
 from model.routed import COMMAND_RANGE
 from model.units import shipped_units
 from model.units.plausible import PLAUSIBLE
@@ -104,10 +103,10 @@ def played(case):
     except (AeroError, SafetyStopError, ConnectionError):
         if not case.fault:
             raise
-    electronics = target.get(GroundTruth).electronics
+    electronics = target.truth.electronics
     electronics.clock.sleep_until(electronics.clock.now() + 0.5)
     electronics.advance_plant()
-    bent = float(np.abs(np.rad2deg(target.get(GroundTruth).plant.joint_angles())).max())
+    bent = float(np.abs(np.rad2deg(target.truth.plant.joint_angles())).max())
     return Outcome(target.map, recording, result, target.wire.since(0, 0.0), bent)
 
 

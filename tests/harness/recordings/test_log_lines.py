@@ -9,7 +9,7 @@ from guarded_hands import close, guarded, wait
 from aero.channels import Channel
 from aero.safety import SafetyReason, SafetyStopError
 from aero.safety.stop import Violation
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recorder import Recorder

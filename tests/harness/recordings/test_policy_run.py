@@ -14,12 +14,11 @@ from recorded import policy_of
 from aero.policy.file import save
 from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import find_policy
-from hil import GroundTruth
 from hil.cli import main
+from hil.emulated.any_hand import open_target
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder
-from hil.targets.opening import open_target
 from model.cube_plant import CubeWatch
 from model.scene import CUBE
 
@@ -100,7 +99,7 @@ def test_a_recorded_policy_limits_a_guarded_hand_as_it_was_trained():
         recorder = Recorder(target, "policy")
         record_policy(target, recorder, one, SHORT)
         recording = recorder.finish()
-        limits = [servo.memory.get("goal_torque") for servo in target.get(GroundTruth).electronics.servos]
+        limits = [servo.memory.get("goal_torque") for servo in target.truth.electronics.servos]
     assert recording.header.parameters["torque_limit"] == 0.5
     assert limits == [500] * 7
 
@@ -112,7 +111,7 @@ def test_the_same_policy_as_onnx_and_as_python_through_the_bytes(tmp_path, monke
     runs = []
     for name in names:
         with open_target("emulated", seed=3, cube=CUBE, guarded=True) as target:
-            recorder, cube = Recorder(target, "policy"), CubeWatch(target.get(GroundTruth).plant, 3)
+            recorder, cube = Recorder(target, "policy"), CubeWatch(target.truth.plant, 3)
             record_policy(target, recorder, find_policy(name), RunSettings(seconds=3.0), cube=cube)
             runs.append((recorder.finish()["action"].values, cube.rotation_rad))
     for actions, turned in runs[1:]:

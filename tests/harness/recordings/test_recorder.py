@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from full_disk import available, full_disk
 
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.recordings.errors import CannotBeWrittenError
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recorder import Recorder

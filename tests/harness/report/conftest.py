@@ -2,8 +2,8 @@
 
 import pytest
 
-from hil import open_target
 from hil.checks import DEFAULT
+from hil.emulated.any_hand import open_target
 from hil.verdict.validation import validate
 
 

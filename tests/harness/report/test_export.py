@@ -12,10 +12,10 @@ from click.testing import CliRunner
 from mcap.reader import make_reader
 
 from aero.channels import Joint
-from hil import open_target
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.experiment import record
 from hil.cli import main
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.recordings.mcap_file import read_recording, write_recording
 from model.drawn_parts import PosedHand

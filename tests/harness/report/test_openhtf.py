@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from hil import open_target
 from hil.checks import JUDGED
 from hil.checks.shared.experiment import reading
 from hil.cli import main
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.recordings.recording import Event
 from hil.report.openhtf import UNITS, openhtf_record

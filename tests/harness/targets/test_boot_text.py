@@ -5,7 +5,7 @@ import pytest
 from aero.firmware import FIRMWARE
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.hand import EmulatedHand
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.targets.boot_text import identify
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate

@@ -10,18 +10,19 @@ from hypothesis import strategies as st
 
 from aero.firmware import FIRMWARE
 from aero.safety import Thresholds
-from hil import open_target
 from hil.cli.options import target
+from hil.emulated.any_hand import open_target
+from hil.emulated.emulated_spec import EmulatedSpec, named_spec
 from hil.emulated.faults import parse_fault
 from hil.emulated.served_hand import spec_of, spec_text
-from hil.targets.hand_spec import HandSpec
+from hil.targets.hand_spec import PortSpec
 from model.scene import Cube
 from model.units.conditions import Conditions
 
 FAULTS = ("motor_weak:ring=0.4", "encoder_offset:index=100@5", "motor_dead:pinky", "link_silent@3")
 SPECS = st.builds(
-    HandSpec,
-    target=st.sampled_from(["emulated", "pty"]),
+    EmulatedSpec,
+    port=st.sampled_from(["emulated", "pty"]),
     firmware=st.sampled_from(list(FIRMWARE)),
     side=st.sampled_from(["right", "left"]),
     unit=st.sampled_from(["reference", "plausible:7", "a folder/mine.toml", "unfinished:x.toml", "--odd.toml"]),
@@ -47,16 +48,16 @@ def read_back(argv, of_a_hand):
 
 @given(spec=SPECS)
 def test_the_process_that_serves_a_hand_gets_the_same_one(spec):
-    assert spec_of(spec_text(spec)) == replace(spec, target="pty", hand_id="")
+    assert spec_of(spec_text(spec)) == replace(spec, port="pty", hand_id="")
 
 
 def test_hands_toml_options_and_python_say_the_same_hand(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "hands.toml").write_text('[bench]\nport = "pty"\nfirmware = "0.1.5"\nside = "left"\ntwin = "ideal"\n')
-    expected = HandSpec("pty", "0.1.5", "left", hand_id="bench", twin="ideal")
-    assert HandSpec.named("bench") == expected
+    expected = EmulatedSpec("pty", "0.1.5", "left", hand_id="bench", twin="ideal")
+    assert named_spec("bench") == expected
     assert read_back(["--hil", "bench"], target) == expected
-    assert HandSpec.named("bench", side="right") == replace(expected, side="right")
+    assert named_spec("bench", side="right") == replace(expected, side="right")
     assert read_back(["--hil", "bench", "--hand", "right"], target) == replace(expected, side="right")
 
 
@@ -65,25 +66,27 @@ def test_hands_toml_options_and_python_say_the_same_hand(tmp_path, monkeypatch):
     [
         ({"firmware": "9.9"}, "unknown firmware '9.9'"),
         ({"side": "both"}, "right or left, not 'both'"),
-        ({"target": "/dev/x", "firmware_program": "p"}, "a firmware program runs on an emulated hand"),
-        ({"target": "/dev/x", "faults": (parse_fault("motor_dead:ring"),)}, "see `aero-hil proxy`"),
-        ({"target": "pty", "cube": Cube()}, "in this process"),
-        ({"target": "pty", "conditions": Conditions()}, "in this process"),
+        ({"firmwre": "0.1.5"}, "did you mean `firmware`"),
+        ({"faults": "motor_dead:ring"}, r"faults are a list, such as \['motor_dead:ring'\]"),
+        ({"name": "/dev/x", "firmware_program": "p"}, "a firmware program runs on an emulated hand"),
+        ({"name": "/dev/x", "faults": (parse_fault("motor_dead:ring"),)}, "see `aero-hil proxy`"),
+        ({"name": "pty", "cube": Cube()}, "in this process"),
+        ({"name": "pty", "conditions": Conditions()}, "in this process"),
     ],
 )
 def test_what_cannot_be_is_refused_once(fields, message):
     with pytest.raises(ValueError, match=message):
-        HandSpec(**fields)
+        named_spec(**fields)
 
 
 def test_a_physical_hand_is_guarded_unless_it_must_not_be():
-    assert HandSpec().guard is None
-    assert HandSpec("/dev/x").guard == Thresholds()
-    assert HandSpec("/dev/x", guarded=False).guard is None
-    assert HandSpec(guarded=True, thresholds=Thresholds(current_a=1.0)).guard == Thresholds(current_a=1.0)
+    assert EmulatedSpec().guard is None
+    assert PortSpec("/dev/x").guard == Thresholds()
+    assert PortSpec("/dev/x", guarded=False).guard is None
+    assert EmulatedSpec(guarded=True, thresholds=Thresholds(current_a=1.0)).guard == Thresholds(current_a=1.0)
 
 
 def test_a_hand_is_opened_by_its_spec_and_in_short():
-    spec = HandSpec(firmware="0.1.5", side="left", seed=3)
+    spec = EmulatedSpec(firmware="0.1.5", side="left", seed=3)
     with open_target(spec) as target_, open_target("emulated", firmware="0.1.5", side="left", seed=3) as short:
         assert target_.describe() == short.describe() == "left hand on emulated, firmware 0.1.5, unit reference, seed 3"

@@ -76,7 +76,7 @@ def folders(tmp_path, monkeypatch):
 def test_a_name_brings_all_that_the_file_says(folders):
     work, _ = folders
     (work / "hands.toml").write_text(BENCH)
-    said = {"target": "/dev/ttyACM7", "hand_id": "bench-left", "firmware": "0.1.5", "side": "left"}
+    said = {"port": "/dev/ttyACM7", "hand_id": "bench-left", "firmware": "0.1.5", "side": "left"}
     region = Region.of({"thumb_abduction": {"below": 0.6}, "ring": {"above": 0.3}})
     limits = Thresholds(current_a=3.5, forbidden=(region,))
     known = {"twin": "mine.toml", "baseline": Path("known"), "thresholds": limits}
@@ -88,7 +88,7 @@ def test_an_unknown_name_offers_the_nearest(folders):
     with pytest.raises(ValueError, match=r"'bench-lef'; did you mean `bench-left`.*/dev/ttyACM0"):
         fields_of("bench-lef")
     with pytest.raises(ValueError, match="did you mean `emulated`"):
-        hil.open_target("emulatd")
+        hil.open_port("emulatd")
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
@@ -136,7 +136,7 @@ def test_what_is_added_is_read_again_and_the_rest_stays(tmp_path_factory, name, 
         return
     add_hand(name, port, versions, path)
     hand = read_hands(path)[name]
-    assert (hand["target"], hand.get("firmware")) == (port, versions[0] if len(versions) == 1 else None)
+    assert (hand["port"], hand.get("firmware")) == (port, versions[0] if len(versions) == 1 else None)
     assert path.read_text(encoding="utf-8").startswith(BENCH)
     with pytest.raises(ValueError, match="already"):
         add_hand(name, "COM9", [], path)
@@ -153,5 +153,5 @@ def test_doctor_saves_a_hand_that_answers_and_never_another_s_name(folders, monk
     assert run(main, ["doctor", "--save", "x"]).exit_code == 2
     said = run(main, ["doctor", "--hil", "/dev/ttyACM3", "--save", "bench-right"]).output
     assert "--hil bench-right" in said
-    assert fields_of("bench-right")["target"] == "/dev/ttyACM3"
+    assert fields_of("bench-right")["port"] == "/dev/ttyACM3"
     assert (folders[0] / "hands.toml").read_text().startswith(BENCH)

@@ -3,13 +3,10 @@
 import pytest
 
 from aero import Channel
-from hil import GroundTruth, MissingCapabilityError, NoHandError, open_target
+from hil import MissingCapabilityError, NoHandError
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from model.scene import CUBE
-
-
-class Thermometer:
-    """What no target has."""
 
 
 def wire_log(seed, unit="reference"):
@@ -34,9 +31,7 @@ def test_an_emulated_hand_is_opened_as_asked():
         assert target.map.window.side == "left"
         assert not target.real_time
         assert target.describe() == "left hand on emulated, firmware pre, unit reference, seed 5"
-        assert target.get(GroundTruth).plant.joint_angles().shape == (16,)
-        with pytest.raises(MissingCapabilityError, match="emulated has no Thermometer"):
-            target.get(Thermometer)
+        assert target.truth.plant.joint_angles().shape == (16,)
 
 
 def test_a_missing_port_is_named_with_what_to_try():
@@ -49,7 +44,7 @@ def test_a_hand_beside_a_cube_may_have_faults():
     with open_target(cube=CUBE, faults=[parse_fault("cable_snapped:ring@0.3")]) as target:
         target.hand.command_codes([20000] * 7)
         target.clock.sleep_until(target.clock.now() + 1.0)
-        slack = target.get(GroundTruth).plant.slack()
+        slack = target.truth.plant.slack()
     assert slack[Channel.RING] > 0.5 > slack[Channel.PINKY]
 
 
@@ -58,4 +53,4 @@ def test_a_hand_on_a_pseudo_terminal_answers_and_has_no_ground_truth():
         assert target.real_time
         assert target.hand.read_codes().shape == (7,)
         with pytest.raises(MissingCapabilityError, match="--hil=emulated"):
-            target.get(GroundTruth)
+            _ = target.truth

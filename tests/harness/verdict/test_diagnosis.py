@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.recordings.recording import Header
 from hil.verdict.diagnosis import command_again, command_of_case

@@ -12,7 +12,7 @@ from synthetic import HEADER, RANGES, held, replaced, staircase
 from aero.actuation import ActuationMap
 from aero.channels import FINGERS, Channel
 from aero.protocol import MAX_CODE
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.verdict.observations import observations
 from hil.verdict.validation import judge_recordings, validate

@@ -6,9 +6,9 @@ import pytest
 
 from aero.channels import Channel
 from aero.protocol import Opcode
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import CATALOGUE, parse_fault
 from hil.targets.hand_errors import FaultNeverFiredError
-from hil.targets.opening import open_target
 from hil.verdict.case import DiagnosisCase, Proposal
 from hil.verdict.failures import Failures
 from hil.verdict.rerun import Plan, rerun

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from hil.checks import EXPERIMENTS
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
-from hil.targets.opening import open_target
 from hil.verdict.findings import NotJudgedReason, failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.limits import Limit

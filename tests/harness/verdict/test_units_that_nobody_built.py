@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil.targets.opening import open_target
+from hil.emulated.any_hand import open_target
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate
 

@@ -7,8 +7,8 @@ import pytest
 
 from aero.channels import Channel
 from aero.protocol import Opcode
-from hil import GroundTruth, open_target
 from hil.checks import EXPERIMENTS
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.recordings.mcap_file import read_recording
 from hil.targets.delays import Loop
@@ -20,7 +20,7 @@ from model.units.conditions import Conditions
 
 
 def on_board(target):
-    board = target.get(GroundTruth).electronics.board
+    board = target.truth.electronics.board
     return set(board.torque), set(board.speed)
 
 
@@ -40,7 +40,7 @@ def test_limits_of_this_program_are_restored():
         asked = []
         validate(target, ["audit"], progress=lambda done, doing: asked.append(on_board(target)))
         assert set(map(str, asked)) == {str(({700}, {32766}))}
-        board = target.get(GroundTruth).electronics.board
+        board = target.truth.electronics.board
         # Servo 5 is the ring's, 3 the index's.
         assert (board.torque[5], board.speed[3]) == (400, 900)
         assert sorted(board.torque)[1:] == [700] * 6
@@ -70,7 +70,7 @@ def test_a_board_with_older_firmware_than_was_said_is_measured_all_the_same():
 def test_a_restart_of_the_board_forgets_what_was_set():
     with open_target() as target:
         target.hand.set_torque(Channel.RING, 400)
-        target.get(GroundTruth).electronics.reset()
+        target.truth.electronics.reset()
         target.clock.sleep_until(target.clock.now() + 1.0)
         target.hand.read_codes()
         assert target.hand.restarts == 1
@@ -109,7 +109,7 @@ def test_an_error_of_a_callback_or_of_judging_leaves_nothing_behind(where, monke
             validate(target, ["audit"], folder=tmp_path, **break_off(where, monkeypatch))
         target.hand.command_codes([0] * 7)
         assert left_behind(target)[:2] == before[:2]
-        board = target.get(GroundTruth).electronics.board
+        board = target.truth.electronics.board
         assert board.torque[5] == 400
     for name in ("audit", "session"):
         assert read_recording(tmp_path / f"{name}.mcap").header.experiment == name

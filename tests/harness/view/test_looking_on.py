@@ -8,8 +8,8 @@ import pytest
 from recorded import staircase_of
 
 from aero.channels import CABLES, Channel
-from hil import GroundTruth, open_target
 from hil.checks.staircase.check import Staircase
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.view.sources import WireSource, frames, source_of
 
@@ -65,7 +65,7 @@ def test_the_bytes_are_the_same_whether_somebody_looks_or_not(faults):
 def test_of_an_emulated_hand_the_truth_is_seen():
     with open_target(faults=[parse_fault("cable_long:index=7.6")]) as target:
         source = source_of(target)
-        plant = target.get(GroundTruth).plant
+        plant = target.truth.plant
         asked = target.map.codes_from_compact(HALF_CLOSED)
         target.hand.command_codes([2000, *asked[1:]])
         target.clock.sleep_until(target.clock.now() + 1.5)

@@ -21,7 +21,7 @@ from websockets.sync.client import connect
 
 from aero.channels import Channel
 from aero.clock import WallClock
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.recordings.recorder import Recorder
 from hil.view import feed as feed_module
 from hil.view.feed import Feed

@@ -6,7 +6,7 @@ from aero import AeroHand
 from aero.channels import CABLES, FINGERS, Channel, Joint
 from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated.emulated_hand import build_emulated
-from hil.targets.hand_spec import HandSpec
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.units import load_unit
 from model.units.plausible import (
     ACCELERATION_UNIT_COUNTS,
@@ -62,7 +62,7 @@ def test_same_seed_same_unit():
 @given(seeds, st.lists(st.lists(st.integers(0, 65535), min_size=7, max_size=7), min_size=1, max_size=3))
 @settings(max_examples=8, deadline=None)
 def test_every_plausible_hand_obeys_any_commands_and_opens(seed, commands):
-    electronics, workbench = build_emulated(plausible_unit(seed), HandSpec(seed=seed))
+    electronics, workbench = build_emulated(plausible_unit(seed), EmulatedSpec(seed=seed))
     clock = electronics.clock
     with AeroHand(InProcessLink(electronics), clock) as hand:
         for codes in commands:

@@ -11,7 +11,7 @@ from aero.policy.shipped import find_policy
 from aero.safety import Thresholds
 from firmware_emulator.hand import EmulatedHand
 from hil.emulated import emulated_hand
-from hil.targets.hand_spec import HandSpec
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.cube_plant import CubePlant, CubeWatch
 from model.scene import CUBE
 from model.units import load_unit
@@ -19,7 +19,7 @@ from model.units.cable_correction import correction
 from train.evaluation.cube_trial import run_trial
 
 SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
-HAND = HandSpec(guarded=True, cube=CUBE)
+HAND = EmulatedSpec(guarded=True, cube=CUBE)
 
 
 class Held(CubePlant):

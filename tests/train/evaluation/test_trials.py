@@ -8,7 +8,7 @@ from policies import holding
 
 from aero.channels import Channel
 from aero.policy.running import Ending, RunSettings, typical_correction
-from hil.targets.hand_spec import HandSpec
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.scene import CUBE
 from train.evaluation.cube_trial import run_trial
 from train.evaluation.trials import ANY_CUBE, CORRECTIONS, figures, over_hands
@@ -18,7 +18,7 @@ SHORT = RunSettings(seconds=0.2, approach_s=0.2, wait_s=0.1)
 
 @pytest.fixture(scope="module")
 def one():
-    return run_trial(holding(), HandSpec(unit="ideal", guarded=True, cube=CUBE), SHORT)
+    return run_trial(holding(), EmulatedSpec(unit="ideal", guarded=True, cube=CUBE), SHORT)
 
 
 def test_any_cube_goes_to_another_corrected_hand_each_right_and_left_in_turn():

@@ -9,7 +9,7 @@ import pytest
 
 from aero.channels import FINGERS, Channel
 from firmware_emulator.servo.electrical import CurrentLaw, Warmth
-from hil.targets.opening import open_target
+from hil.emulated.any_hand import open_target
 from model.units import load_unit
 from train.identification.trace import closing_current_sign
 

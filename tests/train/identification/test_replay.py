@@ -11,11 +11,10 @@ from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError, Thresholds
 from firmware_emulator.firmware.hands import SHAFT_OF_SERVO
 from firmware_emulator.links.in_process import InProcessLink
-from hil import GroundTruth
+from hil.emulated.any_hand import open_target
 from hil.emulated.emulated_hand import build_emulated
+from hil.emulated.emulated_spec import EmulatedSpec
 from hil.recordings.recorder import Recorder
-from hil.targets.hand_spec import HandSpec
-from hil.targets.opening import open_target
 from model.units import load_unit
 from train.identification.calibration import calibrate
 from train.identification.excitation import Excitation, play
@@ -62,7 +61,7 @@ def test_a_hand_predicts_itself(trace):
 
 def through_every_byte(trace, unit, phase_s):
     """Replay with a driver on the link, as the trace was recorded."""
-    electronics, _ = build_emulated(unit, HandSpec())
+    electronics, _ = build_emulated(unit, EmulatedSpec())
     for servo, shaft in zip(electronics.servos, SHAFT_OF_SERVO, strict=True):
         servo.heat_to(trace.temperatures[0, shaft] + 0.5)
     events = sorted(
@@ -164,10 +163,10 @@ def test_a_recording_that_the_guard_ends_says_so_and_leaves_the_hand_open():
         errors = [event.text for event in recorder.finish(ended=False).events if event.severity == "error"]
         assert len(errors) == 1
         assert "drawn" in errors[0]
-        electronics = target.get(GroundTruth).electronics
+        electronics = target.truth.electronics
         electronics.clock.sleep_until(electronics.clock.now() + 0.5)
         electronics.advance_plant()
-        assert np.all(target.get(GroundTruth).plant.angles() < 0.2)
+        assert np.all(target.truth.plant.angles() < 0.2)
 
 
 def test_an_interruption_leaves_the_hand_open():

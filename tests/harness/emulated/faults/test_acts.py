@@ -7,11 +7,10 @@ from hypothesis import strategies as st
 
 from aero import Channel
 from aero.channels import WIRE_ORDER
-from hil import GroundTruth, open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import CATALOGUE, parse_fault
 from hil.emulated.faults.acts import ACTS
-from hil.emulated.faults.bench import HandBench, next_act
-from hil.emulated.faults.workbench import Workbench
+from hil.emulated.faults.bench import next_act
 from hil.recordings.recorder import Recorder
 from hil.verdict.part import Part
 
@@ -24,7 +23,7 @@ def closed(target, level=1.0, seconds=1.2):
     """Close the hand, and return true joint angles (16,) and readings (7,)."""
     target.hand.command_codes((level * CLOSED).astype(int))
     target.clock.sleep_until(target.clock.now() + seconds)
-    return target.get(GroundTruth).plant.joint_angles(), target.hand.read_codes().astype(float)
+    return target.truth.plant.joint_angles(), target.hand.read_codes().astype(float)
 
 
 @pytest.fixture
@@ -52,7 +51,7 @@ LASTING = [fault for fault in CATALOGUE.values() if fault.later and not fault.at
 @settings(max_examples=25, deadline=None)
 def test_a_hand_whose_faults_are_cleared_is_as_it_was(faults):
     with open_target(seed=3) as target:
-        bench = target.get(Workbench)
+        bench = target.bench.workbench
         before = (
             bench.assembly.unit,
             bench.assembly.shafts,
@@ -77,15 +76,15 @@ def test_what_is_wrong_with_a_servo_goes_along_with_it_and_what_is_wrong_with_a_
     for fault in ("motor_weak:ring=0.5", "gear_friction:ring", "protection_low:ring", "stiff_joint:ring"):
         target.inject(fault)
     target.act("exchange_servos ring pinky")
-    where = {fault.name: fault.channel for fault in target.get(Workbench).present}
+    where = {fault.name: fault.channel for fault in target.bench.workbench.present}
     assert where == {"motor_weak": PINKY, "gear_friction": PINKY, "protection_low": PINKY, "stiff_joint": RING}
-    low = [servo.memory.get("protection_current") for servo in target.get(GroundTruth).electronics.servos]
+    low = [servo.memory.get("protection_current") for servo in target.truth.electronics.servos]
     assert np.argmin(low) == WIRE_ORDER.index(PINKY)
 
 
 def test_an_exchanged_servo_takes_its_heat_along(target):
     """The place of a servo that had run away stayed hot, and so the fault seemed to stay with the good digit."""
-    ring, pinky = (target.get(GroundTruth).electronics.servos[WIRE_ORDER.index(one)] for one in (RING, PINKY))
+    ring, pinky = (target.truth.electronics.servos[WIRE_ORDER.index(one)] for one in (RING, PINKY))
     ring.heat_to(61.0)
     usual = pinky.feedback.temperature_c
     target.act("exchange_servos ring pinky")
@@ -93,7 +92,7 @@ def test_an_exchanged_servo_takes_its_heat_along(target):
 
 
 def test_a_fault_that_heats_a_servo_heats_it_in_its_new_place(target):
-    ring, pinky = (target.get(GroundTruth).electronics.servos[WIRE_ORDER.index(one)] for one in (RING, PINKY))
+    ring, pinky = (target.truth.electronics.servos[WIRE_ORDER.index(one)] for one in (RING, PINKY))
     target.inject("servo_hot:ring=78")
     target.act("exchange_servos ring pinky")
     assert pinky.feedback.temperature_c == pytest.approx(78.0)
@@ -137,14 +136,14 @@ def test_with_its_part_a_fault_is_gone(part):
         for fault in rivals:
             target.inject(fault)
         target.act(f"replace {part.name.lower()}")
-        assert target.get(Workbench).present == ()
+        assert target.bench.workbench.present == ()
 
 
 def test_a_person_feels_a_jammed_digit_and_turns_a_spool(target):
     def felt(words):
         target.act(words)
         target.clock.sleep_until(target.clock.now() + 2.5)
-        return float(target.get(Workbench).done[-1][1].split("by")[-1].removesuffix("deg"))
+        return float(target.bench.workbench.done[-1][1].split("by")[-1].removesuffix("deg"))
 
     free = felt("bend ring")
     target.inject("digit_jammed:ring")
@@ -160,7 +159,7 @@ def test_a_person_feels_a_dead_motor_and_a_cable_off_its_spool_differently(chann
     def felt():
         target.act(f"bend {channel.label}")
         target.clock.sleep_until(target.clock.now() + 3.0)
-        return target.get(Workbench).done[-1][1]
+        return target.bench.workbench.done[-1][1]
 
     target.inject(f"motor_dead:{channel.label}")
     dead = felt()
@@ -171,16 +170,16 @@ def test_a_person_feels_a_dead_motor_and_a_cable_off_its_spool_differently(chann
 
 
 def test_a_meter_shows_a_weak_supply_and_none_when_it_is_off(target):
-    volts = target.get(Workbench).volts()
+    volts = target.bench.workbench.volts()
     target.inject("supply_low=0.4")
-    assert target.get(Workbench).volts() == pytest.approx(0.6 * volts, rel=0.05)
+    assert target.bench.workbench.volts() == pytest.approx(0.6 * volts, rel=0.05)
     target.act("power_off")
     assert target.act("voltage").startswith("measured 0.00 V at the plug; the supply gives ")
     target.act("power_on")
     target.clear("supply_low=0.4")
     target.clock.sleep_until(target.clock.now() + 8.0)
     target.hand.resynchronise()
-    assert target.get(Workbench).volts() == pytest.approx(volts, rel=0.05)
+    assert target.bench.workbench.volts() == pytest.approx(volts, rel=0.05)
 
 
 def test_a_recording_holds_what_was_done_and_when(target):
@@ -219,7 +218,7 @@ def test_what_has_happened_cannot_be_undone(target):
     target.inject("board_restart")
     with pytest.raises(ValueError, match="cannot be undone"):
         target.clear("board_restart")
-    assert target.get(HandBench).state().acts == ()
+    assert target.bench.state().acts == ()
 
 
 def test_every_act_is_said_for_people():
@@ -235,9 +234,9 @@ def test_a_hand_behind_a_pseudo_terminal_is_broken_too():
         with pytest.raises(ValueError, match="no act 'break'"):
             target.act("break it")
         assert target.act("cable_off index") == "took the cable of index off its spool"
-        target.get(HandBench).restore(())
+        target.bench.restore(())
         assert target.wrong == ()
-        assert [text.split()[0] for _, text in target.get(HandBench).state().done] == [
+        assert [text.split()[0] for _, text in target.bench.state().done] == [
             "injected",
             "took",
             "put",
@@ -281,11 +280,11 @@ def test_a_hand_is_brought_from_any_state_into_any_other(present, wanted):
 )
 def test_every_act_is_undone(target, act):
     target.inject("motor_weak:pinky")
-    before = target.get(HandBench).state().acts
+    before = target.bench.state().acts
     target.act(act)
-    assert target.get(HandBench).state().acts != before
-    target.get(HandBench).restore(before)
-    assert target.get(HandBench).state().acts == before
+    assert target.bench.state().acts != before
+    target.bench.restore(before)
+    assert target.bench.state().acts == before
 
 
 @pytest.mark.parametrize(

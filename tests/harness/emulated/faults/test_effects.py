@@ -15,7 +15,7 @@ from aero import Channel
 from aero.channels import FINGERS
 from aero.errors import AeroError
 from aero.firmware import FIRMWARE
-from hil import GroundTruth, open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import CATALOGUE
 from hil.emulated.faults.mechanics import JOINTS
 from hil.verdict.part import Part
@@ -88,7 +88,7 @@ def session(*faults, firmware=None, unit="reference"):
     felt = {"joints": [], "codes": [], "currents": [], "temperatures": []}
     failures = 0
     with open_target(faults=faults, seed=3, firmware=firmware, unit=unit) as target:
-        hand, plant, clock = target.hand, target.get(GroundTruth).plant, target.clock
+        hand, plant, clock = target.hand, target.truth.plant, target.clock
         calls = {"codes": hand.read_codes, "currents": hand.read_currents, "temperatures": hand.read_temperatures}
         for step in range(STEPS):
             if failures < FAILURES:
@@ -182,5 +182,5 @@ def test_a_snapped_cable_stays_slack_however_often_the_hand_homes():
             target.hand.home()
         target.hand.command_codes([30000] * len(Channel))
         target.clock.sleep_until(target.clock.now() + 2.0)
-        angles = target.get(GroundTruth).plant.joint_angles()
+        angles = target.truth.plant.joint_angles()
         assert np.max(np.abs(angles[list(JOINTS[Channel.RING])])) < 0.02

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aero.errors import AeroError
-from hil import GroundTruth, open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.recordings.recorder import Recorder
 from hil.targets.hand_errors import FaultNeverFiredError
@@ -134,7 +134,7 @@ def test_another_version_can_be_declared_than_the_board_runs(runs, declared):
     """The board is told by its profile, the driver's map by what was declared."""
     with open_target(firmware=declared, faults=[parse_fault(f"board_runs_{runs}")]) as target:
         assert target.firmware == declared
-        assert target.get(GroundTruth).electronics.board.profile.version == runs
+        assert target.truth.electronics.board.profile.version == runs
 
 
 def test_a_program_on_the_board_takes_no_faults_of_the_firmware(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from aero import Channel
 from firmware_emulator.bench import Bench
 from firmware_emulator.plant import Drive
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import Schedule, parse_fault
 from hil.emulated.faults.assembly import HandAssembly
 from model.units import load_unit

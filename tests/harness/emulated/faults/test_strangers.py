@@ -7,9 +7,8 @@ from drawn import drawn
 from figures.strangers import FIFTH, FIRST, FOURTH, SEVENTH, SIXTH, THIRD
 
 from aero.errors import AeroError
-from hil import open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import CATALOGUE
-from hil.emulated.faults.workbench import Workbench
 
 CLOSED = (64000, 62000, 60000, 58000, 45000, 48000, 45000)
 CABLES_OF_MODEL = ("tendon_range", "tendon_solref_lim", "tendon_solimp_lim", "wrap_prm")
@@ -72,7 +71,7 @@ def test_a_stranger_changes_what_the_driver_sees(fault):
 @pytest.mark.parametrize("fault", drawn(FIRST, 3), ids=lambda fault: fault.name)
 def test_a_stranger_is_gone_with_its_part(fault):
     with open_target(seed=3) as target:
-        bench = target.get(Workbench)
+        bench = target.bench.workbench
         before = bench.assembly.unit
         target.inject(fault)
         assert target.wrong == (fault,)
@@ -85,7 +84,7 @@ def test_a_stranger_is_gone_with_its_part(fault):
 @pytest.mark.parametrize("fault", drawn([*SIXTH, *SEVENTH], 4), ids=lambda fault: fault.name)
 def test_a_stranger_of_a_newer_set_leaves_the_hand_as_before_it_moved_with_it(fault):
     with open_target(seed=3) as target:
-        bench = target.get(Workbench)
+        bench = target.bench.workbench
         before, unit = parts_of(bench), bench.assembly.unit
         target.inject(fault)
         assert target.wrong == (fault,)

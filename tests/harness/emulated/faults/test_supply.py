@@ -7,7 +7,7 @@ import pytest
 from aero import Channel
 from aero.errors import LinkTimeoutError
 from firmware_emulator.servo.models import REGISTERS
-from hil import GroundTruth, open_target
+from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 
 VOLTAGE = REGISTERS["present_voltage"].address
@@ -16,7 +16,7 @@ VOLTAGE = REGISTERS["present_voltage"].address
 def session(fault):
     """Lowest voltage that servo 3 measured, V, and the starts of the board that the driver saw."""
     with open_target(faults=[parse_fault(fault)], seed=1) as target:
-        electronics, hand, lowest = target.get(GroundTruth).electronics, target.hand, 99
+        electronics, hand, lowest = target.truth.electronics, target.hand, 99
         for turn in range(6):
             hand.command_codes([65535 * (turn % 2 == 0)] * len(Channel))
             for _ in range(10):
