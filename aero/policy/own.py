@@ -5,8 +5,11 @@ have a time limit, and an ONNX file a memory limit. The process has the rights o
 """
 
 import json
+import signal
 import sys
 import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.util import find_spec
@@ -16,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aero.child_process import KILL_S, ChildError, ChildProcess, python
+from aero.child_process import ChildError, ChildProcess, ChildTimeoutError, python
 from aero.policy.file import Policy
 from aero.policy.interface import Interface, PolicyFileError
 from aero.policy.own_process import ONNX
@@ -28,6 +31,11 @@ START_S = 60.0
 STEP_S = 2.0
 """Time-out of later actions, s, or `PERIODS` control periods if longer."""
 PERIODS = 4
+EXIT_S = 5.0
+"""Time for the process to exit after the end of its input, s; it then kills itself."""
+SOURCE = ".py"
+MOST_SHOWN = 80
+"""Number of characters of foreign output in a message."""
 
 
 @dataclass
@@ -40,12 +48,14 @@ class OwnNetwork:
     """Interface of the policy; None until its file is known."""
     _patience_s: float = START_S
     """Time-out of the next action, s."""
+    _asked: int = 0
+    """Number of the last question."""
 
     @cached_property
     def _process(self) -> ChildProcess:
-        code = f"from aero.policy.own_process import main; main({self.name!r})"
+        code = f"from aero.policy.own_process import main; main({self.name!r}, {EXIT_S})"
         process = ChildProcess(python(code), self.name, on_error=_show)
-        weakref.finalize(self, process.kill)
+        weakref.finalize(self, _end, process, self.name)
         return process
 
     def __getstate__(self) -> dict[str, Any]:
@@ -59,15 +69,11 @@ class OwnNetwork:
         Raises:
             PolicyFileError: the policy cannot be loaded.
         """
-        try:
-            started = json.loads(self._process.wait_ready(START_S))
-        except ChildError as error:
-            raise self._ended(error) from error
-        return Path(self._well(started, "cannot be loaded")["file"])
+        return Path(self._answer(0, START_S, "cannot be loaded")["file"])
 
     def end(self) -> None:
-        """End the process after all of its output has been shown."""
-        self._process.end(KILL_S, last_words="")
+        """End the process after all of its output has been shown; its exit handlers run."""
+        _end(self._process, self.name)
 
     def act(self, observation: ArrayLike) -> NDArray[np.float64]:
         """Return the action (m,) for an observation (n,).
@@ -78,13 +84,14 @@ class OwnNetwork:
         assert self.file
         assert self.interface is not None
         row = np.asarray(observation, np.float64).reshape(-1)
+        self._asked += 1
         try:
-            self._process.send(json.dumps(row.tolist()) + "\n")
-            answer = json.loads(self._process.read_line(self._patience_s))
-        except (ChildError, BrokenPipeError) as error:
-            raise self._ended(error) from error
+            self._process.send(json.dumps({"question": self._asked, "observation": row.tolist()}) + "\n")
+        except (BrokenPipeError, ValueError) as error:
+            raise self._ended() from error
+        answer = self._answer(self._asked, self._patience_s, f"failed on an observation of {row.size}")
         self._patience_s = max(STEP_S, PERIODS / self.interface.rate_hz)
-        shape, action = self._well(answer, f"failed on an observation of {row.size}")["shape"], answer["action"]
+        shape, action = answer["shape"], answer["action"]
         size, wanted = int(np.prod(shape)), self.interface.action_size
         if size != wanted:
             chunk = f", an array {tuple(shape)}" if len(shape) > 1 else ""
@@ -93,18 +100,69 @@ class OwnNetwork:
             raise PolicyFileError(f"{self.name} returned {action}: an action is finite")
         return np.array(action)
 
-    def _well(self, answer: dict[str, Any], what: str) -> dict[str, Any]:
-        """Return `answer`; for a failure raise PolicyFileError with the policy's traceback as a note."""
+    def _answer(self, question: int, timeout_s: float, what: str) -> dict[str, Any]:
+        """Return the answer to a question; late answers to earlier ones are dropped.
+
+        Raises:
+            PolicyFileError: no answer, a foreign line, or a failure, with the policy's traceback as a note.
+        """
+        while True:
+            try:
+                # Not killed here, because the hand is opened first, and the process may still write its files.
+                line = self._process.read_line(timeout_s, kills=False)
+            except ChildTimeoutError as error:
+                raise PolicyFileError(f"{self.name} did not answer within {timeout_s:g} s") from error
+            except ChildError as error:
+                raise self._ended() from error
+            answer = _parsed(line)
+            if answer is None:
+                raise PolicyFileError(
+                    f"{self.name} wrote to the descriptor of its answers, which it did not open: {line[:MOST_SHOWN]!r}"
+                )
+            if answer["question"] == question:
+                break
         if "failed" not in answer:
             return answer
-        error = PolicyFileError(f"{self.name} {what}: {answer['failed']}")
+        failure = PolicyFileError(f"{self.name} {what}: {answer['failed']}")
         if answer["frames"]:
-            error.add_note("".join(("in the policy (most recent call last):\n", *answer["frames"])).rstrip())
-        raise error
+            failure.add_note("".join(("in the policy (most recent call last):\n", *answer["frames"])).rstrip())
+        raise failure
 
-    def _ended(self, error: Exception) -> PolicyFileError:
-        said = str(error).partition("\n")[0] if isinstance(error, ChildError) else f"{self.name} did not answer"
-        return PolicyFileError(said if " within " in said else f"{said}: its process has ended")
+    def _ended(self) -> PolicyFileError:
+        return PolicyFileError(f"{self.name} did not answer: its process has ended")
+
+
+@contextmanager
+def ended(policy: Policy) -> Iterator[None]:
+    """End the process of a user-supplied policy after the block."""
+    try:
+        yield
+    finally:
+        if isinstance(policy.network, OwnNetwork):
+            policy.network.end()
+
+
+ANSWERS = ({"question", "file"}, {"question", "shape", "action"}, {"question", "failed", "frames"})
+"""Keys of the answers of `aero.policy.own_process`."""
+
+
+def _parsed(line: str) -> dict[str, Any] | None:
+    """Return an answer, or None for a line of other origin."""
+    try:
+        answer = json.loads(line)
+    except (ValueError, RecursionError):
+        return None
+    return answer if isinstance(answer, dict) and answer.keys() in ANSWERS else None
+
+
+def _end(process: ChildProcess, name: str) -> None:
+    try:
+        # A second more, because the process kills itself in time, even without this program.
+        status = process.end(EXIT_S + 1.0, last_words="")
+    except ChildTimeoutError:
+        status = -signal.SIGKILL
+    if status == -signal.SIGKILL:
+        _show(f"{name} did not exit within {EXIT_S:g} s and was killed; files that it wrote may be incomplete")
 
 
 def _show(line: str) -> None:
@@ -112,8 +170,8 @@ def _show(line: str) -> None:
 
 
 def is_own(name: str) -> bool:
-    """Return whether `name` denotes an ONNX file or a Python factory."""
-    return name.endswith(ONNX) or (":" in name and not Path(name).exists())
+    """Return whether `name` denotes an ONNX file, Python source or a Python factory."""
+    return name.endswith((ONNX, SOURCE)) or (":" in name and not Path(name).exists())
 
 
 def load_own(name: str) -> Policy:
@@ -122,6 +180,9 @@ def load_own(name: str) -> Policy:
     Raises:
         PolicyFileError: unreadable policy or interface, or a mismatch between them.
     """
+    if (source := name.partition(":")[0]).endswith(SOURCE):
+        module = ".".join(Path(source).with_suffix("").parts)
+        raise PolicyFileError(f"{source} is Python source; name a factory in it as {module}:make")
     if name.endswith(ONNX):
         if not Path(name).is_file():
             raise PolicyFileError(f"there is no policy {name!r}")

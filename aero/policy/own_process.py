@@ -1,12 +1,16 @@
 """Process of a user-supplied policy, started by `aero.policy.own`; isolates this program from the policy's code.
 
-Each input line is an observation and each output line an answer, both JSON. The policy's own standard output is
-redirected to standard error. The process exits when its input ends, even during an action.
+Each input line is a numbered observation and each output line an answer with its number, both JSON; answer 0 is the
+path of the policy's file. The policy's own standard output is redirected to standard error. The end of the input
+interrupts an action, and the process then exits as any program does: exit handlers run and files are flushed.
 """
 
+import _thread
+import atexit
 import importlib
 import json
 import os
+import signal
 import sys
 import sysconfig
 import threading
@@ -19,12 +23,10 @@ from io import TextIOWrapper
 from pathlib import Path
 from queue import SimpleQueue
 from types import ModuleType
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from aero.child_process import READY
 
 Actor = Callable[[NDArray[np.float64]], Any]
 """Function from an observation (n,) to an action (m,)."""
@@ -40,42 +42,113 @@ ENTRIES = 20
 """Number of last traceback entries forwarded."""
 
 
-def main(name: str) -> None:
-    """Load the policy `name`, print `ready` with the path of its file, and answer observations."""
-    questions, answers = os.fdopen(os.dup(0), encoding="utf-8"), os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # `input()` in the policy would read our lines
-    os.dup2(2, 1)
-    # The process may exit without flushing, when its input ends during an action.
+class _Line:
+    """Pipes to the program that runs the policy, for this process alone."""
+
+    def __init__(self, exit_s: float) -> None:
+        """Take standard input and output away from the policy; `exit_s` as for `main`."""
+        self._exit_s = exit_s
+        self._questions, self._answers = os.fdopen(os.dup(0), encoding="utf-8"), os.dup(1)
+        self._lines: SimpleQueue[str | None] = SimpleQueue()
+        self._owner = os.getpid()
+        self._busy = threading.Event()
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # `input()` in the policy would read our lines
+        os.dup2(2, 1)
+        if hasattr(os, "register_at_fork"):  # Windows
+            os.register_at_fork(after_in_child=self._release)
+
+    def listen(self) -> None:
+        """Receive lines from now on; their end interrupts the work in progress."""
+        self._busy.set()
+        threading.Thread(target=self._take, daemon=True).start()
+
+    def question(self) -> tuple[int, NDArray[np.float64]] | None:
+        """Return the next observation and its number, or None at the end of the input."""
+        self._busy.clear()
+        line = self._lines.get()
+        self._busy.set()
+        if line is None:
+            return None
+        asked = json.loads(line)
+        return asked["question"], np.array(asked["observation"], np.float64)
+
+    def answer(self, question: int, content: dict[str, Any]) -> None:
+        """Answer a question; a forked copy of this process, which has returned from the policy too, exits instead."""
+        if os.getpid() != self._owner:
+            os._exit(0)
+        left = memoryview(f"{json.dumps({'question': question} | content)}\n".encode())
+        with suppress(BrokenPipeError):  # the end of the input follows
+            while left:
+                left = left[os.write(self._answers, left) :]
+
+    def _take(self) -> None:
+        with suppress(OSError, ValueError):  # the policy has closed our descriptors
+            for line in self._questions:
+                self._lines.put(line)
+        if self._busy.is_set():
+            _interrupt_main()
+        self._lines.put(None)
+        threading.Event().wait(self._exit_s)
+        _end_group(signal.SIGKILL)
+        os._exit(1)
+
+    def _release(self) -> None:
+        """Close the pipes in a forked copy, which would otherwise keep them open after this process."""
+        for descriptor in (self._questions.fileno(), self._answers):
+            with suppress(OSError):
+                os.close(descriptor)
+
+
+def main(name: str, exit_s: float) -> None:
+    """Load the policy `name`, answer with the path of its file, then answer observations until the input ends.
+
+    Args:
+        name: `FILE.onnx` or `package.module:factory`.
+        exit_s: time to exit after the end of the input, s; then the process and its group are killed.
+    """
+    line = _Line(exit_s)
+    # The process may be killed without flushing.
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(line_buffering=True)
-
-    def answer(content: Any, *, word: str = "") -> None:
-        answers.write(f"{word}{json.dumps(content)}\n")
-        answers.flush()
-
-    lines: SimpleQueue[str] = SimpleQueue()
-    threading.Thread(target=_take, args=(questions, lines), daemon=True).start()
-    try:
-        file, make = _onnx(name) if name.endswith(ONNX) else _python(name)
-    except BaseException as error:  # also SystemExit raised by a module
-        answer(_failure(error), word=f"{READY} ")
-        os._exit(0)  # a normal exit would wait for the reader thread
-    answer({"file": file}, word=f"{READY} ")
-    actor: Actor | None = None
-    while True:
-        observation = np.array(json.loads(lines.get()), np.float64)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in the background of a shell
+    atexit.register(_leave)  # before all handlers of the policy, so that it runs after them
+    with suppress(KeyboardInterrupt):  # at the end of the input
+        line.listen()
+        make: Callable[[], Actor] | None = None
         try:
-            actor = make() if actor is None else actor
-            answer(_numbers(actor(observation)))
-        except BaseException as error:  # also SystemExit and KeyboardInterrupt
-            answer(_failure(error))
+            file, make = _onnx(name) if name.endswith(ONNX) else _python(name)
+            line.answer(0, {"file": file})
+        except BaseException as error:  # also SystemExit raised by a module
+            line.answer(0, _failure(error))
+        actor: Actor | None = None
+        while (asked := line.question()) is not None and make is not None:
+            number, observation = asked
+            try:
+                actor = make() if actor is None else actor
+                line.answer(number, _numbers(actor(observation)))
+            except BaseException as error:  # also SystemExit and KeyboardInterrupt
+                line.answer(number, _failure(error))
 
 
-def _take(questions: TextIO, lines: SimpleQueue[str]) -> None:
-    """Queue received lines, and exit the process at the end of input."""
-    for line in questions:
-        lines.put(line)
-    os._exit(0)
+def _interrupt_main() -> None:
+    """Raise KeyboardInterrupt in the main thread, even during a system call."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    else:  # Windows
+        _thread.interrupt_main()
+
+
+def _leave() -> None:
+    """Ask the processes that the policy started to end."""
+    if hasattr(signal, "SIGTERM"):
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        _end_group(signal.SIGTERM)
+
+
+def _end_group(number: int) -> None:
+    """Send a signal to the group of this process, if it leads one."""
+    if hasattr(os, "killpg") and os.getpgrp() == os.getpid():
+        os.killpg(0, number)
 
 
 def _numbers(action: Any) -> dict[str, Any]:
@@ -138,9 +211,9 @@ def _python(spec: str) -> tuple[str, Callable[[], Actor]]:
     name, _, attribute = spec.partition(":")
     here = str(Path.cwd())
     # After the standard library, so that a local `signal.py` does not shadow `import signal` of a library.
-    library = [k for k, entry in enumerate(sys.path) if entry.startswith(LIBRARY) and "-packages" not in entry]
-    sys.path.insert(max(library, default=-1) + 1, here)
-    module = _own_module(name, here) or importlib.import_module(name)
+    library = [entry for entry in sys.path if entry.startswith(LIBRARY) and "-packages" not in entry]
+    sys.path.insert(sys.path.index(library[-1]) + 1 if library else 0, here)
+    module = _own_module(name, here, library) or importlib.import_module(name)
     if not hasattr(module, attribute):
         raise AttributeError(f"{name} has no {attribute!r}")
     if getattr(module, "__file__", None) is None:
@@ -155,11 +228,17 @@ def _python(spec: str) -> tuple[str, Callable[[], Actor]]:
     return str(module.__file__), make
 
 
-def _own_module(name: str, folder: str) -> ModuleType | None:
-    """Return a module of `folder` with a name already used by Python or this process, such as `serial`, or None."""
-    spec = PathFinder.find_spec(name, [folder])
-    if (name not in sys.modules and name not in sys.stdlib_module_names) or spec is None or spec.loader is None:
+def _own_module(name: str, folder: str, library: list[str]) -> ModuleType | None:
+    """Return a module of `folder` whose name Python's library or this process uses too, such as `serial`, or None."""
+    top, _, inner = name.partition(".")
+    spec = PathFinder.find_spec(top, [folder])
+    if spec is None or spec.loader is None:
+        return None
+    loaded = top in sys.modules
+    if (loaded and inner) or not (loaded or PathFinder.find_spec(top, library)):
         return None
     module = module_from_spec(spec)
+    if not loaded and top not in sys.stdlib_module_names:  # such as `test`, which no library imports
+        sys.modules[top] = module
     spec.loader.exec_module(module)
-    return module
+    return importlib.import_module(name) if inner else module

@@ -13,6 +13,7 @@ from aero.channels import CABLES, Channel
 from aero.exit_code import Exit
 from aero.policy.file import Policy
 from aero.policy.held import held_at_the_end
+from aero.policy.own import ended
 from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import furthest_codes
@@ -92,7 +93,7 @@ def run_policy(
     console.print(_correction_line(whose, settings.correction))
     if spec.port == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")
-    with viewing(view, spec) as observer:
+    with ended(policy), viewing(view, spec) as observer:
         with open_hand(spec, guarded=True, cube=CUBE if holds_cube else None) as opened:
             observer.follow(source_of(opened))
             console.print(_before_moving(opened, policy, settings))
@@ -105,8 +106,8 @@ def run_policy(
                     opened, recorder, policy, settings, progress=telling(observer, show), cube=cube, correction=whose
                 ),
             )
-        ended = result.run.ending
-        observer.note(f"{ended.value} {result.run.reason}".strip(), "info" if ended is Ending.TIME else "error")
+        end = result.run.ending
+        observer.note(f"{end.value} {result.run.reason}".strip(), "info" if end is Ending.TIME else "error")
         ours = policy.name == DEFAULT and not dry_run  # the thresholds were measured with this policy only
         held = held_at_the_end(result.currents_a, policy.settings.period_s).value if ours else ""
         console.print(_outcome(result, held, cube, most_a))

@@ -4,10 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
+from pathlib import Path
+from threading import Event
+from time import process_time
 
 import pytest
 
-from aero.child_process import ChildError, ChildProcess, python
+from aero.child_process import LONGEST_LINE, ChildError, ChildProcess, ChildTimeoutError, python
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs signals")
 
@@ -123,3 +127,77 @@ def test_a_file_in_the_present_folder_takes_no_place_of_a_library(tmp_path, monk
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+GRANDCHILD = "import subprocess, sys; subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])\n"
+
+
+def empty(group):
+    """Return whether the processes of a group are gone within 5 s, or wait for process 1 alone."""
+    for _ in range(500):
+        stats = []
+        for path in Path("/proc").glob("[0-9]*/stat"):
+            with suppress(OSError):
+                stats.append(path.read_text().rpartition(")")[2].split())
+        if not any(int(its_group) == group and state != "Z" for state, _parent, its_group, *_ in stats):
+            return True
+        Event().wait(0.01)
+    return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
+@pytest.mark.parametrize("kills", [True, False])
+def test_a_dead_child_is_noticed_at_once_though_its_own_child_holds_the_pipes(kills):
+    process = child(f"{GRANDCHILD}print('ready', flush=True); sys.stdin.readline(); sys.exit('gone')")
+    process.wait_ready(30.0)
+    process.send("\n")
+    with pytest.raises(ChildError, match="did not answer: gone") as caught:
+        process.read_line(600.0, kills=kills)
+    assert not isinstance(caught.value, ChildTimeoutError)
+    assert empty(process.pid)
+    process.kill()
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
+def test_an_ended_child_leaves_no_child_of_its_own():
+    process = child(f"{GRANDCHILD}print('ready', flush=True); sys.stdin.read()")
+    process.wait_ready(30.0)
+    assert process.end(30.0, last_words="") == 0
+    assert empty(process.pid)
+
+
+def test_a_forked_copy_ends_nothing():
+    process = child("print('ready', flush=True);" + SLEEP)
+    process.wait_ready(30.0)
+    copy = os.fork()
+    if not copy:
+        process.end(0.0)
+        process.kill()
+        os._exit(0)
+    assert os.waitpid(copy, 0)[1] == 0
+    assert process.running
+    process.kill()
+
+
+DELIVERED = {"stdout": "on_line", "stderr": "on_error"}
+
+
+def cost_of(stream, line):
+    """Return the CPU time of receiving 10 MB on a stream, s, and the lengths of the lines that were delivered."""
+    lengths, before = [], process_time()
+    program = f"import sys; sys.{stream}.write(({line}) * (10_000_000 // len({line})))"
+    process = child(
+        program, **{{"stdout": "on_line", "stderr": "on_error"}[stream]: lambda text: lengths.append(len(text))}
+    )
+    assert process.wait(60.0)
+    process.kill()
+    return process_time() - before, lengths
+
+
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_a_long_line_comes_in_parts_and_costs_no_more_than_many_short_ones(stream):
+    short_s, _ = cost_of(stream, "'x' * 99 + '\\n'")
+    long_s, lengths = cost_of(stream, "'x'")
+    assert sum(lengths) == 10_000_000
+    assert max(lengths) < 2 * LONGEST_LINE
+    assert long_s < 5 * short_s

