@@ -41,6 +41,8 @@ ACTS: dict[str, HandAct] = {
     "home": HandAct((), "home", Workbench.home),
     "power_off": HandAct((), "switch off", Workbench.power_off),
     "power_on": HandAct((), "switch on", Workbench.power_on),
+    "supply_off": HandAct((), "switch off the servos' supply, USB stays", Workbench.supply_off),
+    "supply_on": HandAct((), "switch on the servos' supply, USB stays", Workbench.supply_on),
     "replace": HandAct(("PART", "[CHANNEL]"), "replace a part", Workbench.replace),
     "bend": HandAct(("CHANNEL",), "bend a digit by hand", Workbench.bend),
     "turn": HandAct(("CHANNEL",), "turn a spool by hand, its torque off", Workbench.turn),

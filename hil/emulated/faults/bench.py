@@ -14,7 +14,13 @@ from hil.emulated.faults.catalogue import parse_fault
 from hil.emulated.faults.fault import Injection
 from hil.emulated.faults.workbench import Workbench
 
-UNDONE_BY = {"inject": "clear", "cable_off": "cable_on", "hold": "let_go", "power_off": "power_on"}
+UNDONE_BY = {
+    "inject": "clear",
+    "cable_off": "cable_on",
+    "hold": "let_go",
+    "power_off": "power_on",
+    "supply_off": "supply_on",
+}
 """Act to its inverse; an exchange is its own inverse."""
 MOST_ACTS = 200
 """Limit of acts in one restoration; above it the hand counts as not restorable."""

@@ -5,6 +5,7 @@ A `Workbench` stores the faults of a hand. Acts take effect at once, in the thre
 
 import logging
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 from aero.channels import Channel
@@ -53,7 +54,7 @@ class Workbench:
         self._present: dict[Injection, Active] = {}
         self._cables_off: dict[Channel, tuple[Active, list[Injection]]] = {}
         self._held: Active | None = None
-        self._powered = True
+        self._powered = self._supplied = True
         self._aside: tuple[Injection, ...] = ()
         self._exchanged: list[tuple[Part, Channel, Channel]] = []
 
@@ -81,6 +82,7 @@ class Workbench:
             *["hold"] * (self._held is not None),
             # Momentary faults, such as a restart, leave no state to be restored.
             *(f"inject {fault}" for fault, active in self._present.items() if active.clear is not None),
+            *["supply_off"] * (not self._supplied),
             *["power_off"] * (not self._powered),
         )
 
@@ -252,8 +254,29 @@ class Workbench:
     def power_on(self) -> str:
         """Switch on board and servos; the restart takes some seconds."""
         self._powered = True
+        self._supply()
         self.electronics.reset("power_on")
         return self._note("switched on")
+
+    def supply_off(self) -> str:
+        """Switch off the servos' supply; the board runs on over USB and hears no servo."""
+        self._supplied = False
+        for servo in self.electronics.servos:
+            servo.power_up()  # without torque, goals and counted turns
+            servo.silent_until = inf
+        return self._note("switched the servos' supply off; the board runs on over USB")
+
+    def supply_on(self) -> str:
+        """Switch on the servos' supply; the board does not restart, so nothing homes."""
+        self._supply()
+        return self._note("switched the servos' supply on; the board did not restart, so nothing homes")
+
+    def _supply(self) -> None:
+        if not self._supplied:
+            self._supplied = True
+            for servo in self.electronics.servos:
+                servo.power_up()
+                servo.silent_until = self.electronics.kernel.now
 
     def replace(self, part: Part, channel: Channel | None = None) -> str:
         """Replace a part, or correct the set-up, and clear its faults.
@@ -331,7 +354,11 @@ class Workbench:
 
     def volts(self) -> float:
         """Return the present supply voltage, V; 0 if switched off."""
-        return self.assembly.healthy.servos.voltage * self.assembly.supply_left() if self._powered else 0.0
+        return self.assembly.healthy.servos.voltage * self.assembly.supply_left() * self._on
+
+    @property
+    def _on(self) -> bool:
+        return self._powered and self._supplied
 
     def _put(self, fault: Injection) -> None:
         active = fault.fault.inject(self.assembly, fault)

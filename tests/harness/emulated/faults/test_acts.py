@@ -182,6 +182,26 @@ def test_a_meter_shows_a_weak_supply_and_none_when_it_is_off(target):
     assert target.bench.workbench.volts() == pytest.approx(volts, rel=0.05)
 
 
+def test_a_supply_that_is_switched_off_and_on_beside_usb_restarts_no_board_and_homes_nothing(target):
+    """As an owner reports: with the servo supply cut and USB plugged in the ESP32 does not restart."""
+    closed(target)
+    board = target.bench.workbench.electronics.board
+    target.act("supply_off")
+    assert target.act("voltage").startswith("measured 0.00 V")
+    target.clock.sleep_until(target.clock.now() + 1.0)
+    assert target.truth.plant.joint_angles()[:12].max() < 0.2  # the springs open it
+    target.act("supply_on")
+    target.clock.sleep_until(target.clock.now() + 6.0)
+    assert target.bench.workbench.electronics.board is board
+    assert [servo.memory.get("torque_enable") for servo in target.bench.workbench.electronics.servos] == [0] * 7
+    # The spools unwound and the servos lost their turns, so only homing finds the zero again.
+    assert closed(target)[0][:12].max() < 0.2
+    target.act("home")
+    target.clock.sleep_until(target.clock.now() + 8.0)
+    target.hand.resynchronise()
+    assert closed(target)[0][:12].max() > 0.5
+
+
 def test_a_recording_holds_what_was_done_and_when(target):
     recorder = Recorder(target, "excursion")
     recorder.begin()
@@ -247,12 +267,19 @@ def test_a_hand_behind_a_pseudo_terminal_is_broken_too():
 LINES = st.lists(
     st.sampled_from(
         ["inject motor_dead:ring=1.0", "inject encoder_noise:index=3.0", "cable_off middle", "hold", "power_off",
+         "supply_off",
          "exchange_servos ring pinky", "exchange_plugs index middle"]
     ),
     unique=True,
     max_size=5,
 )  # fmt: skip
-OPPOSITES = {"clear": "inject", "cable_on": "cable_off", "let_go": "hold", "power_on": "power_off"}
+OPPOSITES = {
+    "clear": "inject",
+    "cable_on": "cable_off",
+    "let_go": "hold",
+    "power_on": "power_off",
+    "supply_on": "supply_off",
+}
 
 
 @given(LINES, LINES)
@@ -276,7 +303,8 @@ def test_a_hand_is_brought_from_any_state_into_any_other(present, wanted):
 
 
 @pytest.mark.parametrize(
-    "act", ["inject motor_dead:ring", "cable_off index", "hold", "power_off", "exchange_servos ring pinky"]
+    "act",
+    ["inject motor_dead:ring", "cable_off index", "hold", "power_off", "supply_off", "exchange_servos ring pinky"],
 )
 def test_every_act_is_undone(target, act):
     target.inject("motor_weak:pinky")
