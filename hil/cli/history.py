@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import click
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
 
 from aero.exit_code import Exit
 from aero.printable import printable
@@ -16,9 +13,10 @@ from hil.cli.exits import Ended, usage_errors
 from hil.cli.output_files import PAGE
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal import console as new_console
-from hil.history.drift import FIRST, Track, drifts_of, tracks_of
+from hil.dialogue.terminal import print_columns
+from hil.history.drift import drifts_of, tracks_of
 from hil.history.runs import names_in, of_hand, runs_in
-from hil.history.timeline import render_history
+from hil.history.timeline import Trends, no_drift, render_history, trends_of
 
 
 @click.command()
@@ -48,19 +46,17 @@ def history(*, hand: str, folders: tuple[Path, ...], out: Path) -> None:
     with usage_errors():
         PAGE.prepared(out)
     write_whole(out, render_history(hand, mine, tracks, drifts))
-    new_console().print(_table(tracks))
+    _print_trends(trends_of(tracks, mine))
     for drift in drifts:
         echo(drift.sentence)
-    days = (mine[-1].started - mine[0].started).days
-    echo(f"{len(mine)} runs in {days} days, {len(drifts)} drifting towards a limit; {out}")
+    if not drifts:
+        echo(no_drift(tracks))
+    days, count = (mine[-1].started - mine[0].started).days, f"{len(mine)} run{'s' if len(mine) != 1 else ''}"
+    echo(f"{count} in {days} days, {len(drifts)} drifting towards a limit; {out}")
 
 
-def _table(tracks: Sequence[Track]) -> Table:
-    """Return the first and last reading of the regression's metrics, by subject."""
-    table = Table("channel", "reading", "first", "last", "limits", box=SIMPLE_HEAD)
-    for track in tracks:
-        if track.metric.name in FIRST and track.experiment == "staircase":
-            first, last = (track.metric.text(value) for value in (track.values[0], track.values[-1]))
-            bounds = track.limit.text(track.metric.unit) if track.limit else ""
-            table.add_row(track.subject.replace("_", " "), track.metric.words, first, last, bounds)
-    return table
+def _print_trends(trends: Trends) -> None:
+    """Print the last reading of each channel's trends."""
+    rows = {row.subject: [cell.last if cell else "" for cell in row.cells] for row in trends.rows}
+    if rows:
+        print_columns(new_console(), "last readings", trends.titles, rows)

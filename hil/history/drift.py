@@ -28,13 +28,13 @@ FALSE_ALARMS = 0.01
 Each trend has an equal fraction of it, and each reading of n runs a further 1/n. The exact probability of a first
 false alarm under Kendall's distribution is then 0.4 of the bound by run 20 and 0.8 by run 100.
 """
+RECENT_RUNS = 100
+"""Number of latest readings in a trend. Theil-Sen's cost grows with the square of the number."""
 CONFIDENCE = 0.95
 """Confidence level of a slope's interval."""
 HORIZON_DAYS = 365.0
 """Threshold of time to the limit, days; above it no drift is reported. Chosen as an owner's planning horizon."""
 DAYS_A_MONTH = 30.44
-FIRST = ("rise_hand_ms", "tracking_rms")
-"""Metrics listed first: those of the regression comparison between runs."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Drift:
 
 
 def tracks_of(runs: Sequence[HandRun]) -> list[Track]:
-    """Return the readings of every judged metric and subject by date, the regression's metrics first.
+    """Return the readings of every judged metric and subject by date, those with a trend of their own first.
 
     Args:
         runs: runs of one hand in order of date.
@@ -99,7 +99,7 @@ def tracks_of(runs: Sequence[HandRun]) -> list[Track]:
             for subject in metric.subjects:
                 limit = limits.get((experiment, metric.name, subject))
                 found += _track(metric, experiment, subject, runs, limit)
-    return sorted(found, key=lambda track: (track.metric.name not in FIRST, track.metric.name != FIRST[0]))
+    return sorted(found, key=lambda track: track.metric.trend or math.inf)
 
 
 def _track(
@@ -116,7 +116,7 @@ def _track(
             dates.append(run.started)
             values.append(float(value))
         # Interventions of a case follow the run that opened it.
-        boundary |= any(not done.channels or subject in done.channels for done in run.interventions)
+        boundary |= any(done.concerns(subject) for done in run.interventions)
     if values:
         since = len(values) if boundary else since
         yield Track(metric, experiment, subject, tuple(dates), tuple(values), since, limit)
@@ -131,11 +131,12 @@ def drifts_of(tracks: Iterable[Track]) -> list[Drift]:
 
 
 def _drift(track: Track, chance: float) -> Drift | None:
-    values = np.array(track.values[track.since :])
+    since = max(track.since, len(track.values) - RECENT_RUNS)
+    values = np.array(track.values[since:])
     if len(values) < LEAST_RUNS or track.limit is None:
         return None
-    begin = track.dates[track.since]
-    days = np.array([(date - begin).total_seconds() / 86400.0 for date in track.dates[track.since :]])
+    begin = track.dates[since]
+    days = np.array([(date - begin).total_seconds() / 86400.0 for date in track.dates[since:]])
     if np.ptp(days) <= 0.0:
         return None
     slope, _, low, high = theilslopes(values, days, alpha=CONFIDENCE)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from enum import Enum
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +18,14 @@ from hil.verdict import baseline
 from hil.verdict.case_file import CASE, read_case
 
 
+class RunVerdict(Enum):
+    """RunVerdict of a run; values are texts for the page."""
+
+    WITHIN = "within limits"
+    OUT = "out of limits"
+    NOT_JUDGED = "not judged"
+
+
 class Intervention(NamedTuple):
     """Step of a case on the hand between two runs."""
 
@@ -25,6 +34,10 @@ class Intervention(NamedTuple):
     channels: frozenset[str]
     """Labels of the affected channels; empty for the whole hand."""
 
+    def concerns(self, subject: str) -> bool:
+        """Return whether the step may change readings of a subject."""
+        return not self.channels or subject in self.channels
+
 
 @dataclass(frozen=True)
 class HandRun:
@@ -32,11 +45,11 @@ class HandRun:
 
     folder: Path
     started: datetime
-    """Start of the first recording."""
+    """Start of one recording."""
     header: Header
-    """Header of the first recording."""
+    """Header of that recording."""
     measured: Mapping[str, Measured]
-    passed: bool
+    verdict: RunVerdict
     interventions: tuple[Intervention, ...] = ()
     """Steps after this run, in the case that it opened."""
 
@@ -85,21 +98,25 @@ def names_in(runs: Iterable[HandRun]) -> list[str]:
 
 def _run(folder: Path) -> HandRun:
     stored = baseline.load(folder)
-    header = next(_headers(folder), None)
+    header = _header(folder)
     if header is None:
         raise UnusableFileError("holds no recording, so that its date is not known")
     if not header.started:
         raise UnusableFileError("its recordings have no date")
     checks: Mapping[str, Any] = read_json(folder / "checks.json", baseline.LARGEST_BYTES)
-    return HandRun(
-        folder, datetime.fromisoformat(header.started), header, stored.measured, checks["passed"] is True, _done(folder)
-    )
+    failed = RunVerdict.OUT if checks["counts"]["failed"] else RunVerdict.NOT_JUDGED
+    verdict = RunVerdict.WITHIN if checks["passed"] is True else failed
+    return HandRun(folder, datetime.fromisoformat(header.started), header, stored.measured, verdict, _done(folder))
 
 
-def _headers(folder: Path) -> Iterator[Header]:
-    """Yield the headers of the folder's dated recordings in order of date."""
-    headers = [read_header(path) for path in sorted(folder.glob("*.mcap"))]
-    yield from sorted((one for one in headers if one.started), key=lambda one: datetime.fromisoformat(one.started))
+def _header(folder: Path) -> Header | None:
+    """Return the header of one dated recording; those of one run differ by minutes. None without a recording."""
+    header = None
+    for path in sorted(folder.glob("*.mcap")):
+        header = read_header(path)
+        if header.started:
+            break
+    return header
 
 
 def _done(folder: Path) -> tuple[Intervention, ...]:

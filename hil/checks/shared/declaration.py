@@ -176,6 +176,8 @@ class Metric:
     bounds: tuple[Bound, ...] = ()
     """Bounds; empty for a number that is not judged."""
     worse: Worse | None = None
+    trend: int = 0
+    """Column of the history page, from 1; 0 for the list of further readings."""
     column: Column | None = None
     paper: Mapping[str, float] = field(default_factory=dict)
     """Number of the paper by subject."""

@@ -1,45 +1,17 @@
 """Drift towards a limit: reported of hands that wear, and of no others."""
 
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 import numpy as np
 import pytest
+from hand_runs import HALF, LIMIT, MIDDLE, RING, runs
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hil.history.drift import Drift, drifts_of, tracks_of
-from hil.history.runs import HandRun, Intervention
-from hil.recordings.recording import Header
+from hil.history.runs import Intervention
 
-BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
-HEADER = Header("staircase", "/dev/ttyACM0", "right", "0.2.0", "identified", "released", "physical", 0)
-RING, TIMES = "ring", 20
-
-
-def runs(values, *, every_days=7.0, interventions=None):
-    """Runs with one reading each: the ring finger's rise time, ms."""
-    return [
-        HandRun(
-            Path(f"run-{place}"),
-            BEGIN + timedelta(days=every_days * place),
-            HEADER,
-            {"staircase": {RING: {"rise_hand_ms": float(value)}}},
-            passed=True,
-            interventions=(interventions or {}).get(place, ()),
-        )
-        for place, value in enumerate(values)
-    ]
-
-
-def limit_of():
-    (track,) = tracks_of(runs([50.0]))
-    return track.limit
-
-
-LIMIT = limit_of()
-MIDDLE, HALF = (LIMIT.at_least + LIMIT.at_most) / 2.0, (LIMIT.at_most - LIMIT.at_least) / 2.0
+TIMES = 20
 
 
 def drifts(values, **said):

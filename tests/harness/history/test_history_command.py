@@ -53,7 +53,7 @@ def test_a_page_and_a_line(folders, tmp_path):
     assert "6 runs in 35 days, 0 drifting towards a limit" in done.output
     page = (tmp_path / "h.html").read_text()
     assert "bench-left: 6 runs" in page
-    assert page.count("<svg") >= 3
+    assert page.count("<svg") >= 7
 
 
 def test_an_unknown_hand_is_one_line_with_the_known_ones(folders, tmp_path):
