@@ -10,6 +10,7 @@ import numpy as np
 
 from aero.exit_code import Exit
 from aero.safety import SafetyStopError
+from aero.safety.interrupts import let_through_at_entry, stops_held, stops_let_through
 from hil.checks import DEFAULT, EXPERIMENTS
 from hil.checks.shared.experiment import Experiment
 from hil.cli.exits import Ended, ending, usage_errors
@@ -92,12 +93,12 @@ def run(
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced")
     result: Validation | None = None
-    with asking(asker, spec) as observer:
+    with asking(asker, spec) as observer, stops_held():
         try:
             asks = any(EXPERIMENTS[name].asks for name in names)
             # an animated bar would overwrite the questions
             bars = ProgressBar(lines=False, disable=asks)
-            with claimed(folder), emptied(folder), opening as alone, bars as bar:
+            with claimed(folder), emptied(folder), let_through_at_entry(opening) as alone, bars as bar:
                 opened = replace(alone, onlooker=asker.ask if asks else None)
                 observer.follow(source_of(opened))
                 chosen = [EXPERIMENTS[name] for name in names or DEFAULT]
@@ -109,7 +110,8 @@ def run(
                 if folder is None:
                     return
                 if view and opened.guard is not None and sys.stdin is not None and sys.stdin.isatty():
-                    asker.ask(Choice("Keep clear: the hand is about to move.", (Option("start", True),)))
+                    with stops_let_through():
+                        asker.ask(Choice("Keep clear: the hand is about to move.", (Option("start", True),)))
                 clear_run(folder)
                 along = RunProgress(bar, chosen, observer)
 

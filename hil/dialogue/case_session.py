@@ -13,6 +13,7 @@ from aero.clock import Clock
 from aero.errors import AeroError
 from aero.firmware import LONGEST_BOOT_S
 from aero.safety import SafetyReason, SafetyStopError
+from aero.safety.interrupts import let_through_at_entry, stops_held, stops_let_through
 from aero.whole_file import write_whole
 from hil.dialogue.asker import (
     YES_OR_NO,
@@ -130,8 +131,9 @@ class CaseSession:
         self._store(self.stored)
         while (proposal := self.case.next_step) is not None:
             self._asker.show(self._shown(proposal))
-            outcome, note = self._taken(proposal, self._folder / STEP.format(len(self.case.done) + 1))
-            self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
+            with stops_held():  # an act that was done is stored, not asked for again
+                outcome, note = self._taken(proposal, self._folder / STEP.format(len(self.case.done) + 1))
+                self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
         said = conclusion(self.case)
         if not self._hand.spec.in_software:
             said += f" Then validate again: {self._again}"
@@ -166,12 +168,16 @@ class CaseSession:
         write_case(self._folder, stored)
         write_whole(self._folder / CASE_PAGE, render_case(stored.case))
 
+    def _ask(self, question: Question[Answer]) -> Answer:
+        with stops_let_through():
+            return self._asker.ask(question)
+
     def _answer(self, question: Question[Answer]) -> Answer:
         """Return a stored answer, or ask and store the answer."""
         if (line := self.stored.answers.get(question.text)) is not None:
             self._asker.tell(f"answered   {question.text} {line or '-'}")
             return question.read(line)
-        answer = self._asker.ask(question)
+        answer = self._ask(question)
         answers = {**self.stored.answers, question.text: question.line(answer)}
         self._store(replace(self.stored, answers=answers))
         return answer
@@ -182,16 +188,16 @@ class CaseSession:
         if helper is not None and proposal != self._seen_for and text not in self.stored.answers:
             self._seen_for = proposal
             helped: Choice[bool] = Choice(text, (Option("look for me", True, "l"), Option("I have looked", False, "n")))
-            if self._asker.ask(helped):
+            if self._ask(helped):
                 self._asker.tell(f"seen       {helper.see(proposal)}")
         return self._answer(Choice(text, options))
 
     def _do(self, proposal: Proposal) -> bool:
         """Ask until the step is done, or let the helper do it; return False if it was skipped."""
         if (helper := self._hand.helper) is None:
-            return self._asker.ask(Choice(READY, (DONE, NOT_DONE))) is not StepOutcome.SKIPPED
+            return self._ask(Choice(READY, (DONE, NOT_DONE))) is not StepOutcome.SKIPPED
         helped = Choice(READY, (Option("do it for me", StepOutcome.UNSURE, "m"), DONE, NOT_DONE))
-        if (answer := self._asker.ask(helped)) is StepOutcome.UNSURE:
+        if (answer := self._ask(helped)) is StepOutcome.UNSURE:
             self._asker.tell(f"done       {helper.do(proposal)}")
         return answer is not StepOutcome.SKIPPED
 
@@ -210,7 +216,7 @@ class CaseSession:
         for _ in range(RUNS):
             if (outcome := self._rerun(proposal, folder, freed=freed)) is not None:
                 return outcome, ""
-            if self._asker.ask(Choice(REPEAT, (REPEATED, NOT_DONE))) is StepOutcome.SKIPPED:
+            if self._ask(Choice(REPEAT, (REPEATED, NOT_DONE))) is StepOutcome.SKIPPED:
                 break
         return StepOutcome.SKIPPED, ""
 
@@ -218,7 +224,7 @@ class CaseSession:
         """Rerun the failure after a step; return the outcome, None if inconclusive."""
         done: tuple[StepOutcome | None, Validation] | None = None
         try:
-            with self._opened() as opened:
+            with let_through_at_entry(self._opened()) as opened:
                 folder.mkdir(exist_ok=True)
                 clear_run(folder)
                 done = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
@@ -229,7 +235,7 @@ class CaseSession:
             # found only when the hand is closed; the readings stay valid
         except NoHandError as error:
             self._asker.tell(str(error))
-            if not self._asker.ask(Choice(CONNECTED, ALL_CONNECTED)):
+            if not self._ask(Choice(CONNECTED, ALL_CONNECTED)):
                 raise
             return StepOutcome.STAYS
         outcome, run = done
@@ -248,7 +254,8 @@ class CaseSession:
         until = self._hand.clock.now() + COOLS_S
         while (left_s := until - self._hand.clock.now()) > 0.0:
             self._asker.progress(1.0 - left_s / COOLS_S, "the servos cool down", left_s)
-            self._hand.clock.sleep_until(min(self._hand.clock.now() + TRY_S, until))
+            with stops_let_through():
+                self._hand.clock.sleep_until(min(self._hand.clock.now() + TRY_S, until))
         return None
 
     def _motion(self, proposal: Proposal) -> Motion:

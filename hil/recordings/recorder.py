@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel
+from aero.safety.interrupts import uninterrupted
 from hil.recordings.errors import CannotBeWrittenError, unwritable, writing
 from hil.recordings.mcap_file import RecordingFile
 from hil.recordings.provenance import local_time, origin
@@ -54,6 +55,7 @@ class Recorder:
         """Series with a dropped sample."""
         self._events: list[Event] = []
         self._failure: CannotBeWrittenError | None = None
+        self._finished: Recording | None = None
         self._wire_mark = 0
         self._attached: dict[str, Series] = {}
         self._log_lines = LogLines(self._add_event)
@@ -114,7 +116,7 @@ class Recorder:
                 self.note(f"{name}: a sample without finite numbers is left out, {numbers}", "warning")
             return
         self._columns[name] = found
-        found.add(at, numbers)
+        found.add((at, *numbers))
         if self._file is not None:
             self._write(RecordingFile.add_sample, name, LABELS, SERIES_UNITS[name], at, numbers)
             self._raise_failure()
@@ -128,7 +130,7 @@ class Recorder:
         if self.has(source):
             found = self._columns[source]
             values = found.values().astype(np.uint16 if source in CODES else np.float64)
-            self.attach(name, Series.of(LABELS, SERIES_UNITS[name], found.times, convert(values)))
+            self.attach(name, Series.of(LABELS, SERIES_UNITS[name], found.times(), convert(values)))
 
     def attach(self, name: str, series: Series) -> None:
         """Add a whole series, to be written by `finish`."""
@@ -149,13 +151,20 @@ class Recorder:
         return self._failure
 
     def finish(self, *, ended: bool = True) -> Recording:
-        """Stop recording, complete and close the file, and return the recording.
+        """Stop recording, complete and close the file, and return the recording; a second call returns the same.
 
-        After a write error (see `failure`) the file is closed incomplete.
+        Signals that stop the program are held meanwhile. After a write error (see `failure`) the file is closed
+        incomplete.
 
         Args:
             ended: True if the experiment ran to its end.
         """
+        with uninterrupted():
+            if self._finished is None:
+                self._finished = self._finish(ended=ended)
+        return self._finished
+
+    def _finish(self, *, ended: bool) -> Recording:
         self._log_lines.end()
         wire = self._target.wire
         if self._add_wire in wire.listeners:
@@ -163,7 +172,7 @@ class Recorder:
         duration_s = self._target.clock.now() - self.start
         header = replace(self._header(), duration_s=duration_s, finished=ended)
         series = {
-            name: Series.of(LABELS, SERIES_UNITS[name], found.times, found.values())
+            name: Series.of(LABELS, SERIES_UNITS[name], found.times(), found.values())
             for name, found in self._columns.items()
         }
         if (delays := delay_series(self._target.delays.since(self.start))) is not None:
@@ -225,18 +234,24 @@ class _Columns:
     """Growing buffer of a series' samples."""
 
     def __init__(self) -> None:
-        self.times, self._numbers = array("d"), array("d")
+        self._rows = array("d")
         self.last = 0.0
 
-    def add(self, t: float, numbers: list[float]) -> None:
-        """Append one sample."""
-        self.last = t
-        self.times.append(t)
-        self._numbers.extend(numbers)
+    def add(self, row: tuple[float, ...]) -> None:
+        """Append the time and the numbers of one sample, at once: Ctrl-C may arrive at any line."""
+        self._rows.extend(row)
+        self.last = row[0]
+
+    def _table(self) -> NDArray[np.float64]:
+        return np.array(self._rows).reshape(-1, 1 + SHAPE[0])
+
+    def times(self) -> NDArray[np.float64]:
+        """Return the times of all samples, (n,), s."""
+        return self._table()[:, 0]
 
     def values(self) -> NDArray[np.float64]:
         """Return all samples, (n, 7)."""
-        return np.array(self._numbers).reshape(-1, *SHAPE)
+        return self._table()[:, 1:]
 
 
 class LogLines(logging.Handler):

@@ -12,6 +12,7 @@ from aero.channels import Channel
 from aero.errors import AeroError
 from aero.firmware import firmware_of
 from aero.safety import SafetyStopError
+from aero.safety.interrupts import stops_let_through
 from hil.checks import ALIKE, EXPERIMENTS
 from hil.checks.shared.lateness import VERY_LATE_S
 from hil.targets.hand_spec import HOMINGS
@@ -160,7 +161,7 @@ def _prepare(target: Target, plan: Plan, homings: int, course: _Course) -> None:
 
     Errors are ignored here; the run that follows reports them.
     """
-    with suppress(SafetyStopError, AeroError, OSError):
+    with stops_let_through(), suppress(SafetyStopError, AeroError, OSError):
         if homings or plan.opens:
             target.begin(stops=list(Channel))
         for _ in range(homings):

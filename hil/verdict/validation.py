@@ -13,6 +13,7 @@ from aero.errors import AeroError
 from aero.firmware import firmware_of
 from aero.protocol import Opcode
 from aero.safety import SafetyStopError
+from aero.safety.interrupts import stops_held, stops_let_through
 from hil.checks import DEFAULT, EXPERIMENTS, WHOLE_RUN
 from hil.checks.shared.experiment import map_of
 from hil.recordings.errors import NotOneHandError
@@ -41,7 +42,8 @@ def validate(
 ) -> Validation:
     """Run experiments on a target and judge the results by the limits for such hands.
 
-    Ctrl-C and the signals of `aero.safety.unwinding` end the run; the result has the signal as its end.
+    Ctrl-C and the signals of `aero.safety.unwinding` end the run while an experiment moves; the result has the signal
+    as its end. Between motions they are held until the next one, or until the result is complete.
 
     The run uses the firmware's own speed and torque limits; afterwards, even after an error of `on_result`, the limits
     set by this program are restored and the recordings are closed.
@@ -83,7 +85,7 @@ def validate(
     def recorder(name: str) -> Recorder:
         return Recorder(target, name, None if folder is None else folder / f"{name}.mcap")
 
-    with _recorded(recorder(WHOLE_RUN.name)) as session:
+    with stops_held(), _recorded(recorder(WHOLE_RUN.name)) as session:
         session.begin(from_opening=from_opening)
         with _own_limits(target) as set_limits:
             for name in chosen:
@@ -93,7 +95,8 @@ def validate(
                     break
                 with _recorded(recorder(name)) as record:
                     try:
-                        _run(target, name, record, progress, set_limits)
+                        with stops_let_through():
+                            _run(target, name, record, progress, set_limits)
                     except (*END_BY_ERROR, *target.program_errors) as error:
                         end = aborted(name, error, (record.finish(ended=False),) if record.begun else ())
                         break
@@ -101,7 +104,7 @@ def validate(
                 results[name] = judge.experiment(EXPERIMENTS[name], recording)
                 on_result(so_far())
         whole = session.finish(ended=end.error is None)
-    return judge.judged(replace(so_far(end), session=whole, whole_run=judge.link(whole)), folder)
+        return judge.judged(replace(so_far(end), session=whole, whole_run=judge.link(whole)), folder)
 
 
 @contextmanager
