@@ -117,9 +117,9 @@ def test_pytest_takes_the_name_too(folders, pytester):
     pytester.makepyfile(
         "def test_hand(aero_target):\n    assert (aero_target.firmware, aero_target.side) == ('0.1.5', 'left')"
     )
-    result = pytester.runpytest_subprocess("--hil=soft", "-p", "no:cacheprovider")
+    result = pytester.runpytest("--hil=soft", "-p", "no:cacheprovider")
     result.stdout.fnmatch_lines(["*left hand soft on emulated, firmware 0.1.5*", "*1 passed*"])
-    assert pytester.runpytest_subprocess("--hil=sofd").ret == pytest.ExitCode.USAGE_ERROR
+    assert pytester.runpytest("--hil=sofd").ret == pytest.ExitCode.USAGE_ERROR
 
 
 @given(
