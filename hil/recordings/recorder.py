@@ -90,6 +90,10 @@ class Recorder:
         """Add parameters that become known after `begin`."""
         self._parameters |= parameters
 
+    def count(self, parameter: str) -> None:
+        """Add one to a parameter, which begins with 0."""
+        self._parameters[parameter] = float(self._parameters.get(parameter, 0.0)) + 1.0
+
     def add(self, name: str, t: float, row: NDArray[Any]) -> None:
         """Add a copy of one sample, (7,), taken at `t` (s on the target's clock), to a series of `SERIES_UNITS`.
 

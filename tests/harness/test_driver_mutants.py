@@ -1,9 +1,11 @@
 """A driver or map with a mistake is told from a hand with a fault: each mistake is put in, the hand is a good one."""
 
+import numpy as np
 import pytest
 from drawn import drawn
 from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP
 
+from aero.driver import AeroHand
 from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.verdict.findings import failed
@@ -68,3 +70,21 @@ def test_a_good_driver_whose_hand_the_guard_stops_is_not_blamed():
 def test_a_mistake_of_the_map_is_found_in_the_bytes(mistake, monkeypatch):
     mistake(monkeypatch)
     assert blamed(MAPPED)
+
+
+@pytest.mark.parametrize("guarded", [False, True])
+def test_a_driver_that_returns_an_earlier_reading_is_named(guarded, monkeypatch):
+    """It once ended a run as a defect of aero-hil, for the time of its readings lay before the run."""
+    real, kept = AeroHand.read_codes, {"at": -np.inf}
+
+    def cached(self):
+        now = self._clock.now()
+        if now - kept["at"] > 0.025:
+            kept.update(at=now, codes=real(self))
+        return kept["codes"].copy()
+
+    monkeypatch.setattr(AeroHand, "read_codes", cached)
+    with open_target(unit="reference", guarded=guarded) as target:
+        done = validate(target, (*GENTLE, "response"))
+    assert done.diagnosis.suspects == (Suspect(Part.DRIVER),)
+    assert "unasked" in {finding.check for finding in failed(done.driver.findings)}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aero.channels import FINGERS, Channel
 from aero.floats import Floats
 from aero.protocol import MAX_CODE, Opcode
-from hil.checks.shared.experiment import Measured, require
+from hil.checks.shared.experiment import Measured, read, require
 from hil.checks.shared.signals import CommandStep, find_steps, in_force
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording, Series
@@ -71,8 +71,9 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 def _command(target: Target, recorder: Recorder, fraction: float, fingers: range | tuple[Channel, ...]) -> None:
     codes = np.zeros(len(Channel), np.uint16)
     codes[list(fingers)] = round(fraction * MAX_CODE)
+    commanded = target.clock.now()
     target.hand.command_codes(codes)
-    sent = target.wire.sent_at
+    sent = max(commanded, target.wire.sent_at)  # a driver may send later
     if not recorder.has("command_codes"):
         recorder.add("command_codes", sent, np.zeros(len(Channel), np.uint16))
     recorder.add("command_codes", sent, codes)
@@ -80,7 +81,7 @@ def _command(target: Target, recorder: Recorder, fraction: float, fingers: range
 
 def _read(target: Target, recorder: Recorder) -> np.ndarray[tuple[int], np.dtype[np.uint16]]:
     target.clock.sleep_until(target.clock.now() + POLL_S)
-    codes = target.hand.read_codes()
+    codes, _ = read(target, recorder, target.hand.read_codes)
     recorder.add("codes", target.clock.now(), codes)
     return codes
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -150,15 +151,32 @@ CATCHES_UP_S = 0.1
 """Largest lateness that the next hold may catch up, s; a shorter hold would end before the hand arrives."""
 
 
+UNASKED = "unasked_readings"
+"""Parameter of a recording: readings that the driver returned without a byte to the board."""
+
+
+def read(target: Target, recorder: Recorder, call: Callable[[], NDArray[Any]]) -> tuple[NDArray[Any], float]:
+    """Return a reading of the driver, (7,), and the time of its request, s.
+
+    A reading without a request has the time of the call, and is counted in the parameter `UNASKED`.
+    """
+    called, mark = target.clock.now(), target.wire.mark()
+    values = call()
+    if target.wire.mark() == mark:
+        recorder.count(UNASKED)
+    return values, max(called, target.wire.sent_at)
+
+
 def sample(target: Target, recorder: Recorder, goal: NDArray[np.uint16], before: int) -> float:
     """Read the encoders, then command codes (7,), as a policy does; return the send time of the command, s.
 
     Currents and temperatures are read less often: `before` is the number of earlier samples.
     """
-    codes = target.hand.read_codes()
-    recorder.add("codes", target.wire.sent_at, codes)
+    codes, asked = read(target, recorder, target.hand.read_codes)
+    recorder.add("codes", asked, codes)
+    commanded = target.clock.now()
     target.hand.command_codes(goal)
-    sent = target.wire.sent_at
+    sent = max(commanded, target.wire.sent_at)  # a driver may send later
     recorder.add("command_codes", sent, goal)
     if before % CURRENT_EVERY == 0:
         recorder.add("currents", target.clock.now(), target.hand.read_currents())

@@ -80,7 +80,10 @@ def test_a_command_from_before_the_oldest_bytes_of_a_log_that_forgets_is_not_mis
 
 def test_bytes_that_say_what_was_commanded_are_right():
     found = driver.measure(good())
-    assert found == {**dict.fromkeys(LABELS, QUIET), "hand": {"unsent": 0.0, "extra": 0.0, "limits": 0.0}}
+    assert found == {
+        **dict.fromkeys(LABELS, QUIET),
+        "hand": {"unsent": 0.0, "extra": 0.0, "limits": 0.0, "unasked": 0.0},
+    }
 
 
 def test_the_order_of_the_channels_is_that_of_the_board():
