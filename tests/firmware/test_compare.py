@@ -4,7 +4,7 @@ import pytest
 from click.testing import CliRunner
 
 from firmware_emulator.compare.run import compare, contender
-from firmware_emulator.compare.sessions import MAKERS, sessions
+from firmware_emulator.compare.sessions import MAKERS, Send, sessions
 from hil.cli import main
 
 
@@ -58,3 +58,10 @@ def test_a_file_that_would_not_be_read_again_is_not_written(tmp_path):
     refused = CliRunner().invoke(main, ["firmware", "compare", "main", "main", "--write", str(tmp_path / "some.json")])
     assert refused.exit_code == 2
     assert "name the file *.jsonl.xz" in " ".join(refused.output.split())
+
+
+def test_a_new_id_is_followed_by_every_reading():
+    """A comparison is blind to what no reading shows at the end."""
+    for session in sessions("set_id", 1):
+        sent = b"".join(step.data for step in session.steps if isinstance(step, Send))[::16]
+        assert {0x22, 0x24, 0x25} <= set(sent[sent.rindex(0x02) :]), session.name

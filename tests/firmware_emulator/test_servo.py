@@ -370,3 +370,12 @@ def test_a_read_that_does_not_fit_into_an_answer_is_not_answered(count):
     assert len(bus.say(2, bytes((0, count)))) == (count + 6) * answered
     assert len(bus.say(0x82, bytes((0, count, 3)), servo=254)) == (count + 6) * answered
     assert bus.say(1) != b""
+
+
+def test_a_second_action_applies_nothing():
+    bus = Bus()
+    bus.say(4, bytes((42, 0, 4)))  # REG WRITE of the goal position
+    bus.say(5, servo=254)
+    bus.write_word(42, 100)
+    bus.say(5, servo=254)
+    assert bus.read(42) == 100

@@ -12,7 +12,7 @@ from serial.tools import list_ports
 from aero import AeroHand
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
-from aero.safety.__main__ import HOMES_S, LONGEST_S, KnownPort, open_what_was_left
+from aero.safety.__main__ import HOMES_S, LONGEST_S, KnownPort, _file, open_what_was_left
 from aero.safety.opening import open_and_relax
 from hil.emulated.emulated_hand import build_emulated
 from hil.emulated.emulated_spec import EmulatedSpec
@@ -183,3 +183,8 @@ def test_a_silent_board_is_tried_again_by_the_second_process_for_as_long_as_one_
     silent = without_power(never, 1000.0)
     assert open_what_was_left(lambda: silent, never.clock, Thresholds(), settable=True) is not None
     assert HOMES_S <= never.clock.now() - never.began < HOMES_S + 20.0
+
+
+def test_a_missing_file_has_no_identity(tmp_path):
+    """One missing port is never taken for another."""
+    assert _file(str(tmp_path / "none")) is None

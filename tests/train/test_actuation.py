@@ -67,3 +67,10 @@ def test_a_command_is_slewed_as_the_loop_of_deployment_does():
         last = slewed(last * codes_per_length, target * codes_per_length, most) / codes_per_length
         expected.append(last)
     np.testing.assert_allclose(sent, expected, rtol=2e-3)  # 12.9 rad/s there, 740°/s here
+
+
+def test_the_released_environment_has_no_errors():
+    """Every range has zero width, and leaves the travel as it is."""
+    assert (IDEAL.lag_s, IDEAL.delay_s, IDEAL.gain) == ((0.0, 0.0), (0.0, 0.0), (1.0, 1.0))
+    assert IDEAL.offset == ((0.0,) * 7,) * 2
+    assert {IDEAL.speed_limit, IDEAL.slewed, IDEAL.counts} == {False}

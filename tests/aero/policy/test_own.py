@@ -255,3 +255,8 @@ def test_a_declared_policy_takes_no_settings_of_the_cube_task(here):
     with pytest.raises(ValueError, match="declares"):
         interface_of(brought, RunSettings(settings=PAPER_DEPLOYMENT))
     assert interface_of(policy(), RunSettings(settings=PAPER_DEPLOYMENT)).action.nominal == PAPER_DEPLOYMENT.nominal
+
+
+def test_a_file_without_a_clip_bounds_actions_to_one():
+    assert Action((0.1,) * 7, (0.01,)).bounded(np.full(7, 9.0)).tolist() == [1.0] * 7
+    assert Action((0.1,) * 7, (0.01,)).bounded(np.full(7, -9.0)).tolist() == [-1.0] * 7

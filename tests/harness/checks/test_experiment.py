@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hil.checks import EXPERIMENTS
-from hil.checks.shared.experiment import map_of, record
+from hil.checks.shared.experiment import Sampler, map_of, record
 from hil.checks.shared.signals import find_steps
 from hil.emulated.any_hand import open_target
+from hil.recordings.recorder import Recorder, silent
 from model.units.conditions import Conditions
 from tests.support.synthetic import HEADER
 
@@ -78,3 +81,22 @@ def test_a_hold_after_a_stall_has_its_whole_time(monkeypatch):
     steps = find_steps(recording["command_codes"].times, recording["command_codes"].values)
     first = [next(step for step in steps if step.channel == channel) for channel in range(4)]
     assert all(step.end - step.start > 0.85 for step in first)
+
+
+@given(st.integers(0, 30), st.floats(0.0, 0.095))
+@settings(max_examples=15)
+def test_each_hold_has_a_sample_at_its_last_instant_whatever_the_stall(before, stall_s):
+    with open_target() as target:
+        recorder, read, clock = Recorder(target, "audit"), target.hand.read_codes, target.clock
+        stalls = iter([0.0] * before + [stall_s])
+        target.hand.read_codes = lambda: (clock.sleep_until(clock.now() + next(stalls, 0.0)), read())[1]
+        recorder.begin()
+        sampler = Sampler(target, recorder, silent, 1.2)
+        for codes in (1000, 2000):
+            sampler.hold([codes] * 7, 0.6, "holds")
+        recording = recorder.finish()
+    commands = recording["command_codes"]
+    first, second = (commands.times[commands.values[:, 0] == codes] for codes in (1000, 2000))
+    assert 0.58 - 1e-6 <= first[-1] <= 0.58 + stall_s + 0.01
+    # What the first hold lost, the second has caught up.
+    assert second[-1] == pytest.approx(1.18, abs=0.01)

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
-from mcap.records import Chunk
+from mcap.records import Chunk, DataEnd, Footer, SummaryOffset
+from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 from zstandard import ZstdCompressor
 
@@ -227,3 +228,15 @@ def test_a_file_written_by_chunks_is_read_as_one_of_the_library(messages, size):
     assert summary.statistics == of_library.statistics
     index = [(chunk.message_start_time, chunk.message_end_time) for chunk in summary.chunk_indexes]
     assert len(index) == summary.statistics.chunk_count
+
+
+def test_the_summary_lists_the_place_of_every_group(tmp_path):
+    """The public reader finds each group of the summary by its offset."""
+    write_recording(Recording(HEADER, {}, (WireRecord(0.0, "to_hand", b"a"),)), tmp_path / "a.mcap")
+    data = (tmp_path / "a.mcap").read_bytes()
+    records = list(StreamReader(BytesIO(data), emit_chunks=True).records)
+    listed = {record.group_opcode: record for record in records if isinstance(record, SummaryOffset)}
+    summary = {type(record) for record in records[[type(one) for one in records].index(DataEnd) + 1 :]}
+    assert len(listed) == len(summary - {SummaryOffset, Footer}) > 3
+    for opcode, record in listed.items():
+        assert data[record.group_start] == opcode

@@ -1,12 +1,15 @@
 """The difference of two recordings, on recordings made by hand."""
 
+import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
+from hil.report.beside_run import beside_text
 from hil.report.beside_run import difference as diff
 from tests.support.synthetic import LABELS, held, replaced
 
@@ -47,3 +50,13 @@ def test_recordings_of_different_or_unknown_experiments_have_no_difference():
     unknown = replace(other, header=replace(other.header, experiment="policy"))
     with pytest.raises(ValueError, match="not of policy"):
         diff(unknown, unknown)
+
+
+@pytest.mark.parametrize("percent", [1.0, -2.0])
+def test_the_mean_that_is_printed_is_the_second_less_the_first(percent):
+    further = replaced(recording(), "codes", recording()["codes"].values + 0.01 * percent * MAX_CODE)
+    console = Console(file=io.StringIO(), width=120)
+    for shown in beside_text(recording(), further):
+        console.print(shown)
+    row = next(line for line in console.file.getvalue().splitlines() if line.split()[:1] == ["ring"])
+    assert [float(number) for number in row.split()[1:]] == pytest.approx([abs(percent), percent, percent])

@@ -112,3 +112,10 @@ def test_an_export_never_replaces_its_own_recording(files):
     result = CliRunner().invoke(main, ["export", str(files[0]), "--out", str(files[0])])
     assert result.exit_code == 2
     assert files[0].read_bytes() == before
+
+
+def test_times_of_an_export_never_decrease(files):
+    """A reader of a stream sees the samples in their order."""
+    with files[1].open("rb") as stream:
+        times = [message.log_time for _, _, message in make_reader(stream).iter_messages(log_time_order=False)]
+    assert times == sorted(times)

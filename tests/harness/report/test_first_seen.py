@@ -2,12 +2,15 @@
 
 from dataclasses import replace
 
+import pytest
 from synthetic import held
 
-from hil.report.evidence import first_seen
+from aero.channels import Channel
+from aero.safety import SafetyReason, SafetyStopError
+from hil.report.evidence import first_plot, first_seen
 from hil.verdict.findings import Finding
 from hil.verdict.judged_run import Result, Validation
-from hil.verdict.run_end import FINISHED
+from hil.verdict.run_end import FINISHED, EndKind, RunEnd
 
 BAD = Finding("holding_current", "ring", False, "2.2 A", "at most 1.5 A", "test", "Friction.", "Free it.")
 GOOD = replace(BAD, passed=True)
@@ -31,3 +34,11 @@ def test_what_is_off_later_has_the_time_before_it():
 def test_what_is_off_from_the_start_has_no_time():
     assert not first_seen(run(audit=BAD))
     assert not first_seen(run(holding=GOOD))
+
+
+@pytest.mark.parametrize("reason", SafetyReason)
+def test_the_first_plot_of_a_stop_has_the_quantity_that_stopped_it(reason):
+    cut = held("staircase", [[0] * 7, [9000] * 7], 1.0)
+    end = RunEnd(EndKind.STOPPED, "staircase", "hot", SafetyStopError("hot", reason, Channel.RING), (cut,))
+    plot = first_plot(Validation({}, end, 1.0), {})
+    assert ("temperature" in plot.plot.rows) is (reason is SafetyReason.TEMPERATURE)

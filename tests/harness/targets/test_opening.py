@@ -2,6 +2,7 @@
 
 import pytest
 
+import hil
 from aero import Channel
 from hil import MissingCapabilityError, NoHandError
 from hil.emulated.any_hand import open_target
@@ -54,3 +55,7 @@ def test_a_hand_on_a_pseudo_terminal_answers_and_has_no_ground_truth():
         assert target.hand.read_codes().shape == (7,)
         with pytest.raises(MissingCapabilityError, match="--hil=emulated"):
             _ = target.truth
+
+
+def test_a_shell_completes_every_public_name():
+    assert set(hil.__all__) <= set(dir(hil))

@@ -4,8 +4,11 @@ import pytest
 
 from aero.errors import LinkTimeoutError
 from aero.safety import SafetyStopError
+from hil.emulated.any_hand import open_target
+from hil.recordings.mcap_file import read_recording
 from hil.targets.hand_errors import FaultNeverFiredError
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd, aborted, ended_at_closing
+from hil.verdict.validation import validate
 
 
 def test_a_run_that_finished_has_nothing_to_say():
@@ -75,3 +78,22 @@ def test_a_run_that_was_aborted_before_keeps_its_reason():
     before = aborted("audit", LinkTimeoutError("no reply"), ())
     end = ended_at_closing(before, error := SafetyStopError("it may still be closed"))
     assert (end.kind, end.at, end.reason, end.error) == (EndKind.LINK, "audit", "no reply", error)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, LinkTimeoutError])
+def test_the_recording_of_an_experiment_that_was_cut_is_unfinished(error, monkeypatch, tmp_path):
+    """Half an experiment is never judged as a whole one."""
+    with open_target() as target:
+        real, left = target.hand.read_codes, iter(range(60))
+
+        def cut():
+            if next(left, None) is None:
+                raise error("cut")
+            return real()
+
+        monkeypatch.setattr(target.hand, "read_codes", cut)
+        done = validate(target, ("presence", "audit"), folder=tmp_path)
+    (recording,) = done.end.cut
+    assert not recording.header.finished
+    assert not read_recording(tmp_path / "audit.mcap").header.finished
+    assert read_recording(tmp_path / "presence.mcap").header.finished

@@ -1,16 +1,19 @@
 """What a campaign says about its checks, on outcomes whose answer is known."""
 
+import io
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
 from outcomes import outcome
+from rich.console import Console
 
 from hil.emulated.faults import parse_fault
 from hil.verdict.limits import Limit
 from train.campaign.summary import Share, detections, false_alarms, flagged, render_campaign, right_part, told
 from train.campaign.trial import Trial, faulty_hands, healthy_hands
-from train.cli.campaign import campaign
+from train.cli.campaign import campaign, run_trials
 
 TRACKING = Limit("staircase", "tracking_rms", ("index", "middle", "ring", "pinky"), at_most=1.0, healthy=(-0.5, 0.5))
 
@@ -118,3 +121,16 @@ def test_faults_that_cannot_share_a_hand_are_refused_before_anything_runs(tmp_pa
     assert result.exit_code == 2
     assert "cannot be combined" in result.output
     assert not (tmp_path / "campaign").exists()
+
+
+@pytest.mark.parametrize("left", [1, 2])
+def test_a_campaign_that_is_broken_off_says_how_many_are_left(tmp_path, monkeypatch, left):
+    def broken(trials, _perform, _workers, _keep):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("train.cli.campaign.conduct", broken)
+    console = Console(file=io.StringIO(), width=200)
+    store = SimpleNamespace(require_commit=lambda _commit: None, keys=frozenset)
+    with pytest.raises(KeyboardInterrupt):
+        run_trials(console, [Trial("reference", seed=seed) for seed in range(left)], store, None, tmp_path)
+    assert f"{left} of {left} runs are left" in console.file.getvalue()

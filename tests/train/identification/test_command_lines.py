@@ -1,10 +1,15 @@
+import io
+from types import SimpleNamespace
+
 import numpy as np
+import pytest
 from click.testing import CliRunner
+from rich.console import Console
 
 from aero.channels import Channel
 from hil.recordings.mcap_file import read_recording
 from model.units import load_unit
-from train.cli.calibrate import calibrate_command
+from train.cli.calibrate import _print, calibrate_command
 from train.cli.record import record_command
 from train.identification import excitation
 from train.identification.calibration import calibrate
@@ -53,3 +58,15 @@ def test_bad_usage(tmp_path):
     assert result.exit_code == 2
     assert "lacks" in result.output
     assert CliRunner().invoke(record_command, ["--scale", "2"]).exit_code == 2
+
+
+@pytest.mark.parametrize("held_out", [(), (np.ones((4, 7)),)])
+def test_how_well_a_unit_predicts_is_printed_where_it_is_known(held_out):
+    console = Console(file=io.StringIO(), width=200)
+    result = SimpleNamespace(
+        told={}, traces=(SimpleNamespace(name="a"), SimpleNamespace(name="b")), channel_rms=lambda: np.ones((2, 7)),
+        found=SimpleNamespace(residuals=(np.ones((4, 7)),)), held_out=held_out, unit=load_unit("reference"),
+        intervals={},
+    )  # fmt: skip
+    _print(console, result)
+    assert ("predicted from the others" in console.file.getvalue()) is bool(held_out)

@@ -1,5 +1,7 @@
 """What stands between servos and shafts, on a bench of seven bare shafts: one channel is changed, and only that one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from firmware_emulator.plant import Drive
 from hil.emulated.any_hand import open_target
 from hil.emulated.faults import Schedule, parse_fault
 from hil.emulated.faults.assembly import HandAssembly
+from hil.emulated.faults.encoder import Encoder
 from model.units import load_unit
 
 UNIT = load_unit("ideal")
@@ -83,3 +86,59 @@ def test_answers_of_one_servo_are_spoiled_and_no_others():
 
     differ = reported(parse_fault("position_coarse:ring=1024")) - reported()
     assert np.flatnonzero(differ).tolist() == [RING]
+
+
+class Told(Bench):
+    """A bench that keeps the last drive of each shaft."""
+
+    def __init__(self):
+        super().__init__()
+        self.told = {}
+
+    def drive(self, shaft, drive):
+        self.told[shaft] = drive
+        super().drive(shaft, drive)
+
+
+DRIVE = Drive(setpoint=0.7, stiffness=3.0, damping=0.05, limit=0.5)
+
+
+@pytest.mark.parametrize("active", [False, True])
+def test_the_state_behind_a_fault_without_effect_is_that_of_the_shafts_field_by_field(active):
+    bench = Bench()
+    fault = Encoder(bench, RING, lambda true, seconds: true)
+    if active:
+        fault.begin()
+    fault.drive(RING, DRIVE)
+    for tick in range(1, 60):
+        fault.advance_to(tick * 0.002)
+    assert bench.speeds()[RING] > 0.1
+    assert fault.state() == bench.state()
+
+
+@pytest.mark.parametrize("angle", [0.3, 0.7])
+def test_a_frozen_encoder_reads_what_it_read_when_it_froze(angle):
+    frozen, chances = parse_fault("encoder_frozen:ring"), Schedule((), 1)
+    assembly = HandAssembly(UNIT, firmware="0.2.0", side="right", random=chances.random, fire=chances.fire)
+    assembly.build_mechanics(Bench(), None)
+    fault = frozen.fault.inject(assembly, frozen)
+    shafts = assembly.shafts
+    shafts.drive(RING, replace(DRIVE, setpoint=angle))
+    for tick in range(1, 500):
+        shafts.advance_to(tick * 0.002)
+    read = shafts.angles()[RING]
+    fault.begin()
+    shafts.drive(RING, replace(DRIVE, setpoint=0.0))
+    for tick in range(500, 700):
+        shafts.advance_to(tick * 0.002)
+    assert read == pytest.approx(angle, abs=0.02)
+    assert shafts.angles()[RING] == read
+
+
+def test_a_fault_that_begins_changes_the_drive_at_once():
+    bench = Told()
+    fault = Encoder(bench, RING, lambda true, seconds: true + 0.1)
+    fault.drive(RING, DRIVE)
+    fault.begin()
+    assert bench.told[RING] == fault.changed(DRIVE)
+    assert bench.told[RING].setpoint == pytest.approx(0.6)

@@ -1,6 +1,7 @@
 """A supply that sags: the servos measure it, and a board that hangs on it restarts."""
 
 from contextlib import suppress
+from itertools import permutations
 
 import pytest
 
@@ -39,3 +40,10 @@ def test_a_board_on_a_supply_that_sags_below_3_6_v_restarts(severity, restarts):
     volts, seen = session(f"supply_browns_out={severity}")
     assert (seen > 0) is restarts
     assert (volts < 4.0) is restarts
+
+
+@pytest.mark.parametrize("order", list(permutations(("supply_low=0.4", "encoder_offset:ring=20"))))
+def test_the_supply_that_faults_leave_is_their_product(order):
+    """An encoder behind it once gave a hand its full supply back."""
+    with open_target(faults=[parse_fault(fault) for fault in order], seed=1) as target:
+        assert target.bench.workbench.assembly.supply_left() == pytest.approx(0.6, abs=0.05)
