@@ -11,7 +11,8 @@ from aero.clock import Clock, WallClock
 from aero.exit_code import Exit
 from hil.cli.exits import usage_errors
 from hil.cli.options import VIEW, open_hand
-from hil.dialogue.case_session import CaseHand, CaseHelper, CaseSession
+from hil.dialogue.case_hand import CaseHand, CaseHelper
+from hil.dialogue.case_session import CaseSession
 from hil.dialogue.page_asker import PageAsker, SeenHand, asking
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal import console

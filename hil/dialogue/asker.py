@@ -50,6 +50,8 @@ class Choice(Question[Answer]):
     options: tuple[Option[Answer], ...]
     motion: str = ""
     """Name of the motion in question; empty for the hand at rest."""
+    noticed: object = None
+    """Observation of a helper that looked; None if the person looks."""
 
     @property
     def legend(self) -> str:

@@ -2,19 +2,19 @@
 
 import re
 import shlex
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Protocol
 
 from aero.channels import Channel
-from aero.clock import Clock
 from aero.errors import AeroError
 from aero.firmware import LONGEST_BOOT_S
 from aero.safety import SafetyReason, SafetyStopError
 from aero.safety.interrupts import let_through_at_entry, stops_held, stops_let_through
 from aero.whole_file import write_whole
+from hil.checks.shared.subjects import subject_words
 from hil.dialogue.asker import (
     YES_OR_NO,
     Answer,
@@ -28,21 +28,26 @@ from hil.dialogue.asker import (
     StepShown,
 )
 from hil.dialogue.before_moving import motion
+from hil.dialogue.case_hand import CaseHand, CaseHelper
 from hil.recordings.errors import UnusableFileError
 from hil.report.page import render_case
 from hil.report.results import write_results
 from hil.report.run_folder import CASE_PAGE, STEP, clear_run
+from hil.targets.boot_text import identify
 from hil.targets.hand_errors import NoHandError
-from hil.targets.hand_spec import PortSpec
+from hil.targets.port_identity import PortIdentity
 from hil.targets.target import Target
-from hil.verdict.case import DiagnosisCase, Proposal
+from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import CASE, StoredCase, read_case, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.diagnosis import NextStep
+from hil.verdict.group import Proposal
 from hil.verdict.judged_run import Validation
-from hil.verdict.rerun import Plan, rerun
+from hil.verdict.noticed import Noticed, Place
+from hil.verdict.parts import listed
+from hil.verdict.rerun import Outcomes, Plan, nudge, rerun
 from hil.verdict.run_end import EndKind
-from hil.verdict.steps import StepOutcome
+from hil.verdict.steps import StepCheck, StepOutcome
 
 GO_ON = "Continue the case of this run."
 NOTE = FreeText("Measured, read or seen (may stay empty):")
@@ -56,6 +61,15 @@ OUTCOMES = (
     Option("not sure", StepOutcome.UNSURE, "u"),
     NOT_DONE,
 )
+MARKED = "Which digit has the marked servo now?"
+MOVED = "The program has moved the {where} three times. Which digit moved?"
+NOT_EXCHANGED = "The marked servo is not where the step puts it, or not known to be: the exchange shows nothing."
+KEPT_IDS = "Another digit moves than was commanded, or none is known to: the servos kept their IDs."
+DIGITS: tuple[Option[Channel | str | None], ...] = (
+    *(Option[Channel | str | None](subject_words(one.label), one, str(at)) for at, one in enumerate(Channel, start=1)),
+    Option("none", None, "0"),
+    Option("not sure", "not sure", "u"),
+)
 CONNECTED = "No hand answers. Are the supply and all plugs connected as before?"
 ALL_CONNECTED = (Option("all is connected", True, "a"), Option("something was off", False, "o"))
 REPEAT = "The run is inconclusive: a busy computer, hot servos, or a lost link. Ready to repeat it."
@@ -66,39 +80,6 @@ COOLS_S = 300.0
 """Time for servos to cool down after a stop for their temperature, s; an assumption, and a further stop waits again."""
 TRY_S = 1.0
 """Period of connection attempts to a board that may be homing, s."""
-
-
-class CaseHelper(Protocol):
-    """Substitute for the user, to do the steps on an emulated hand."""
-
-    def do(self, proposal: Proposal) -> str:
-        """Do a step and return a description of the action."""
-
-    def see(self, proposal: Proposal) -> str:
-        """Look, measure or read as a step requires; return the observation."""
-
-
-class CaseHand(Protocol):
-    """Hand of a case, reopened after each step."""
-
-    @property
-    def spec(self) -> PortSpec:
-        """Specification of the hand."""
-
-    @property
-    def clock(self) -> Clock:
-        """Clock of the hand."""
-
-    @property
-    def helper(self) -> CaseHelper | None:
-        """Helper that can do steps on request, or None."""
-
-    def open(self, *, may_be_silent: bool = False) -> AbstractContextManager[Target]:
-        """Open the hand.
-
-        Raises:
-            NoHandError: nothing answers, and the hand may not be silent.
-        """
 
 
 class CaseSession:
@@ -114,7 +95,6 @@ class CaseSession:
             asker: dialogue with the user.
         """
         self.stored, self._folder, self._hand, self._asker = stored, folder, hand, asker
-        self._seen_for: Proposal | None = None
 
     @property
     def case(self) -> DiagnosisCase:
@@ -132,8 +112,8 @@ class CaseSession:
         while (proposal := self.case.next_step) is not None:
             self._asker.show(self._shown(proposal))
             with stops_held():  # an act that was done is stored, not asked for again
-                outcome, note = self._taken(proposal, self._folder / STEP.format(len(self.case.done) + 1))
-                self._store(replace(self.stored, case=self.case.after(proposal, outcome, note), answers={}))
+                outcomes, note = self._taken(proposal, self._folder / STEP.format(len(self.case.done) + 1))
+                self._store(replace(self.stored, case=self.case.after(proposal, outcomes, note), answers={}))
         said = conclusion(self.case)
         if not self._hand.spec.in_software:
             said += f" Then validate again: {self._again}"
@@ -182,47 +162,88 @@ class CaseSession:
         self._store(replace(self.stored, answers=answers))
         return answer
 
-    def _seen(self, text: str, options: tuple[Option[Answer], ...], proposal: Proposal) -> Answer:
-        """Ask for the user's observation, or let the helper observe."""
-        helper = self._hand.helper
-        if helper is not None and proposal != self._seen_for and text not in self.stored.answers:
-            self._seen_for = proposal
+    def _seen(
+        self, text: str, options: tuple[Option[Answer], ...], look: Callable[[CaseHelper], Noticed] | None
+    ) -> Answer:
+        """Ask for the user's observation, or let the helper observe with `look`."""
+        helper, noticed = self._hand.helper, None
+        if helper is not None and look is not None and text not in self.stored.answers:
             helped: Choice[bool] = Choice(text, (Option("look for me", True, "l"), Option("I have looked", False, "n")))
             if self._ask(helped):
-                self._asker.tell(f"seen       {helper.see(proposal)}")
-        return self._answer(Choice(text, options))
+                noticed = look(helper)
+                self._asker.tell(f"seen       {noticed}")
+        return self._answer(Choice(text, options, noticed=noticed))
 
-    def _do(self, proposal: Proposal) -> bool:
-        """Ask until the step is done, or let the helper do it; return False if it was skipped."""
+    def _do(self, proposal: Proposal) -> StepOutcome:
+        """Ask until the step is done; return SKIPPED, UNSURE if the helper did it, or STAYS if the person did."""
         if (helper := self._hand.helper) is None:
-            return self._ask(Choice(READY, (DONE, NOT_DONE))) is not StepOutcome.SKIPPED
+            return self._ask(Choice(READY, (DONE, NOT_DONE)))
         helped = Choice(READY, (Option("do it for me", StepOutcome.UNSURE, "m"), DONE, NOT_DONE))
         if (answer := self._ask(helped)) is StepOutcome.UNSURE:
             self._asker.tell(f"done       {helper.do(proposal)}")
-        return answer is not StepOutcome.SKIPPED
+        return answer
 
-    def _taken(self, proposal: Proposal, folder: Path) -> tuple[StepOutcome, str]:
-        """Do a step and rerun the failure; return the outcome and the user's note."""
-        step, freed = proposal.step, False
+    def _taken(self, proposal: Proposal, folder: Path) -> tuple[Outcomes, str]:
+        """Do a step and rerun the failure; return the outcome of each group, and the user's note."""
+        step, freed, every = proposal.step, False, len(self.case.opened)
         if step.asks:
-            answer = self._seen(_question(proposal.text), OUTCOMES, proposal)
-            return answer, self._answer(NOTE)
+            answer = self._seen(_question(proposal.text), OUTCOMES, lambda helper: helper.see(proposal))
+            return (answer,) * every, self._answer(NOTE)
         if step.frees:
-            freed = self._seen(FREED, YES_OR_NO, proposal)
+            freed = self._seen(FREED, YES_OR_NO, lambda helper: helper.see(proposal))
         self._asker.announce(self._motion(proposal))
-        if not self._do(proposal):
-            return StepOutcome.SKIPPED, ""
+        before = PortIdentity.of(self._hand.spec.port)
+        skipped, unsure = (StepOutcome.SKIPPED,) * every, (StepOutcome.UNSURE,) * every
+        if (answer := self._do(proposal)) is StepOutcome.SKIPPED:
+            return skipped, ""
+        by_hand = answer is StepOutcome.STAYS
+        if by_hand and (doubt := self._unproven(proposal, before)):
+            return unsure, doubt
         # only the run is repeated: a second exchange would put the servos back
         for _ in range(RUNS):
-            if (outcome := self._rerun(proposal, folder, freed=freed)) is not None:
-                return outcome, ""
+            if (outcomes := self._rerun(proposal, folder, freed=freed)) is not None:
+                doubt = self._crossed(proposal) if by_hand and step.check is StepCheck.FINGER else ""
+                return (unsure, doubt) if doubt else (outcomes, "")
             if self._ask(Choice(REPEAT, (REPEATED, NOT_DONE))) is StepOutcome.SKIPPED:
                 break
-        return StepOutcome.SKIPPED, ""
+        return skipped, ""
 
-    def _rerun(self, proposal: Proposal, folder: Path, *, freed: bool) -> StepOutcome | None:
-        """Rerun the failure after a step; return the outcome, None if inconclusive."""
-        done: tuple[StepOutcome | None, Validation] | None = None
+    def _unproven(self, proposal: Proposal, before: PortIdentity) -> str:
+        """Return why a step shows nothing although it was done, or an empty text."""
+        check = proposal.step.check
+        if check is StepCheck.FINGER:
+            place = self._seen(MARKED, DIGITS, lambda helper: helper.marked(proposal))
+            return "" if place is proposal.beside else NOT_EXCHANGED
+        if check in (StepCheck.BOARD, StepCheck.PORT):
+            now = PortIdentity.of(self._hand.spec.port)
+            if check is StepCheck.BOARD and before.same_board(now):
+                return "The port has the same serial number: this is the same board."
+            if check is StepCheck.PORT and before.same_hub(now):
+                return "The hand is at the same socket of a hub: connect it without the hub, to another socket."
+        return ""
+
+    def _crossed(self, proposal: Proposal) -> str:
+        """Nudge the exchanged channels until one moves; return why the step shows nothing, or an empty text."""
+        for channel in (proposal.at, proposal.beside):
+            assert channel is not None, "an exchange has two places"
+            where = subject_words(channel.label)
+            try:
+                with let_through_at_entry(self._opened()) as opened, stops_let_through():
+                    nudge(opened, channel)
+            except (AeroError, OSError, SafetyStopError, NoHandError) as error:
+                self._asker.tell(str(error))
+                continue
+            moved = self._seen(MOVED.format(where=where), DIGITS, partial(_moved_by, channel))
+            if moved is channel:
+                return ""
+            if moved is not None:
+                return KEPT_IDS
+        return ""
+
+    def _rerun(self, proposal: Proposal, folder: Path, *, freed: bool) -> Outcomes | None:
+        """Rerun the failure after a step; return the outcome of each group, None if inconclusive."""
+        done: tuple[Outcomes | None, Validation] | None = None
+        stays = (StepOutcome.STAYS,) * len(self.case.opened)
         try:
             with let_through_at_entry(self._opened()) as opened:
                 folder.mkdir(exist_ok=True)
@@ -231,26 +252,29 @@ class CaseSession:
         except SafetyStopError as error:
             self._asker.tell(str(error))
             if done is None:
-                return self._stopped(error.reason)
+                return self._stopped(error.reason, stays)
             # found only when the hand is closed; the readings stay valid
         except NoHandError as error:
             self._asker.tell(str(error))
             if not self._ask(Choice(CONNECTED, ALL_CONNECTED)):
                 raise
-            return StepOutcome.STAYS
-        outcome, run = done
+            return stays
+        outcomes, run = done
+        if proposal.step.check is StepCheck.VERSION and (text := _other_version(run)):
+            self._asker.tell(text)
+            outcomes = outcomes and (StepOutcome.UNSURE,) * len(outcomes)
         # the run belongs to this case and opens no other
         go_on = NextStep(GO_ON, shlex.join(["aero-hil", "diagnose", str(self._folder), "--hil", self._hand.spec.port]))
         write_results(replace(run, diagnosis=replace(run.diagnosis, case=None, step=go_on)), folder)
         if run.end.kind is EndKind.INTERRUPTED and run.end.error is not None:
             raise run.end.error
-        return outcome if run.end.stop is None else self._stopped(run.end.stop, outcome)
+        return outcomes if run.end.stop is None else self._stopped(run.end.stop, outcomes)
 
-    def _stopped(self, reason: SafetyReason, outcome: StepOutcome | None = StepOutcome.STAYS) -> StepOutcome | None:
-        """Return the outcome of a run that the guard stopped; wait and return None if the case itself made it hot."""
+    def _stopped(self, reason: SafetyReason, outcomes: Outcomes | None) -> Outcomes | None:
+        """Return the outcomes of a run that the guard stopped; wait and return None if the case itself made it hot."""
         hot = reason is SafetyReason.TEMPERATURE and not self.case.before.stopped_by(reason)
-        if not hot or outcome is not StepOutcome.STAYS:
-            return outcome
+        if not hot or outcomes is None or StepOutcome.STAYS not in outcomes:
+            return outcomes
         until = self._hand.clock.now() + COOLS_S
         while (left_s := until - self._hand.clock.now()) > 0.0:
             self._asker.progress(1.0 - left_s / COOLS_S, "the servos cool down", left_s)
@@ -300,6 +324,19 @@ class CaseSession:
         with suppress(AeroError, OSError, SafetyStopError, NoHandError), self._hand.open(may_be_silent=True) as opened:
             if opened.hand.resynchronise():
                 self._asker.tell("the board waited for the rest of a command that another program had cut short")
+
+
+def _other_version(run: Validation) -> str:
+    """Return a sentence if the boot text is of another version than the named one; empty without a text."""
+    header = run.header
+    boot = identify(str(header.parameters.get("boot_text", ""))) if header else None
+    if header is None or boot is None or not boot.versions or header.firmware in boot.versions:
+        return ""
+    return f"The boot text is of firmware {listed(boot.versions)}, not {header.firmware}, which was not flashed."
+
+
+def _moved_by(channel: Channel, helper: CaseHelper) -> Place:
+    return helper.moved(channel)
 
 
 def _question(text: str) -> str:

@@ -25,7 +25,7 @@ from hil.view.sources import source_of
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from hil.dialogue.case_session import CaseHand
+    from hil.dialogue.case_hand import CaseHand
 
 POLL_S = 0.1
 """Poll period for answers on systems without `select` on consoles, s."""

@@ -11,11 +11,14 @@ from aero.safety import SafetyStopError
 from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults import parse_fault
 from hil.emulated.faults.acts import act
+from hil.emulated.faults.workbench import EMPTIED
 from hil.emulated.standing_hand import StandingHand
 from hil.targets.hand_errors import NoHandError
 from hil.targets.target import Target
-from hil.verdict.case import DiagnosisCase, Proposal
+from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import HandOfCase
+from hil.verdict.group import Proposal
+from hil.verdict.noticed import Differences, Flashed, Noticed, Place, Removed, Voltages
 from hil.verdict.part import Part
 from hil.verdict.steps import StepOutcome
 
@@ -32,6 +35,7 @@ ACTS: dict[str, Sequence[str]] = {
     "supply": ("power_off", "replace supply", "power_on"),
     "flash": ("flash",),
     "board": ("replace board",),
+    "mend": ("power_off", "replace digit {at}", "power_on"),
     "exchange": ("exchange_servos {at} {beside}",),
 }
 """Acts of each step, in the syntax of the prompt of `emulate`; empty for a step without a change."""
@@ -62,32 +66,36 @@ class EmulatedCaseHand:
             said.append("took another computer with aero-hil as released")
         return "; ".join(said) or "left everything as it is"
 
-    def see(self, proposal: Proposal) -> str:
+    def see(self, proposal: Proposal) -> Noticed:
         """Look, measure or read as a step requires; return the observation."""
         bench = self.bench.workbench
         bench.put_back()
-        looks: dict[str, Callable[[], str]] = {
-            "home": bench.let_go,
-            "bend": lambda: self._each(bench.feel, proposal),
-            "inspect": lambda: self._each(bench.look, proposal),
+        places = [one for one in (proposal.at, proposal.beside) if one is not None]
+        looks: dict[str, Callable[[], Noticed]] = {
+            "home": lambda: Removed(bench.let_go() == EMPTIED),
+            "bend": lambda: Differences("bent", {one.label: bench.felt(one) for one in places}),
+            "inspect": lambda: Differences("looked at", {one.label: bench.seen(one) for one in places}),
             "voltage": self._measure,
             "version": self._version,
-            "registers": bench.registers,
+            "registers": lambda: Differences("read", {"the bus": bench.on_bus()}),
         }
         return looks[proposal.step.name]()
+
+    def marked(self, proposal: Proposal) -> Place:
+        """Return the place of the servo that a step has marked."""
+        return Place(proposal.beside)
+
+    def moved(self, channel: Channel) -> Place:
+        """Return the digit that moved when a channel was nudged."""
+        return Place(channel)
 
     def redo(self, case: DiagnosisCase) -> None:
         """Repeat the completed steps of a case on the reopened hand."""
         for done in case.done:
-            if done.outcome is not StepOutcome.SKIPPED:
+            if StepOutcome.SKIPPED not in done.outcomes:
                 self.do(done.proposal)
 
-    @staticmethod
-    def _each(find: Callable[[Channel], str], proposal: Proposal) -> str:
-        places = [one for one in (proposal.at, proposal.beside) if one is not None]
-        return "; ".join(map(find, places))
-
-    def _measure(self) -> str:
+    def _measure(self) -> Voltages:
         bench, least = self.bench.workbench, self.bench.workbench.volts()
         rest = least
         with suppress(AeroError, OSError, SafetyStopError, NoHandError), self.bench.open() as target:
@@ -96,11 +104,11 @@ class EmulatedCaseHand:
             while self.clock.now() < until:
                 self.clock.sleep_until(self.clock.now() + READS_S)
                 least = min(least, bench.volts())
-        usual = f"the supply gives {bench.usual_volts:.2f} V"
-        return f"{rest:.2f} V with the hand open, {least:.2f} V while the fingers close; {usual}"
+        return Voltages(rest, least, bench.usual_volts)
 
-    def _version(self) -> str:
-        return f"{self.bench.workbench.flashed()}; named: {self.spec.firmware}, for a {self.spec.side} hand"
+    def _version(self) -> Flashed:
+        assembly = self.bench.workbench.assembly
+        return Flashed(assembly.firmware, assembly.board_side, self.spec.firmware, self.spec.side)
 
 
 def emulated_hand(hand: HandOfCase) -> EmulatedSpec:

@@ -25,9 +25,10 @@ from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_
 from hil.report.finger_map import DIGITS, MARKS, verdicts
 from hil.report.measured import MeasuredNumber, readings_of
 from hil.report.plots import Plot, drawable, packed, whole, with_samples
-from hil.verdict.case import CaseState, DiagnosisCase
+from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_words import asked, conclusion, outcome_text, why
 from hil.verdict.findings import Finding, NotJudgedReason, failed
+from hil.verdict.group import CaseState
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.part import Part
 from hil.verdict.parts import listed
@@ -150,7 +151,7 @@ def render_case(case: DiagnosisCase) -> str:
     steps = [
         (
             outcome_text(one),
-            f"step-{number}/report.html" if one.proposal.step.runs and one.outcome is not StepOutcome.SKIPPED else "",
+            f"step-{number}/report.html" if one.proposal.step.runs and {*one.outcomes} != {StepOutcome.SKIPPED} else "",
         )
         for number, one in enumerate(case.done, 1)
     ]
@@ -173,10 +174,10 @@ def _listed(case: DiagnosisCase) -> str:
 
 def _verdict_of_case(case: DiagnosisCase) -> str:
     """Return the key of `CASE_HEADINGS` for a case; a corrected set-up counts as a pass."""
-    told = case.convicted
-    if case.state is CaseState.RESET or (case.gone and told is not None and told.part is Part.SETUP):
+    told = case.told
+    if case.state is CaseState.RESET or (case.gone and told and all(one.part is Part.SETUP for one in told)):
         return "pass"
-    return "unclear" if told is None else "fail"
+    return "fail" if told else "unclear"
 
 
 @cache

@@ -17,8 +17,9 @@ from hil.recordings.errors import NotOneHandError, UnusableFileError
 from hil.recordings.output import json_text
 from hil.recordings.recording import Header
 from hil.targets.hand_spec import PHYSICAL
-from hil.verdict.case import DiagnosisCase, Done, Proposal
+from hil.verdict.case import DiagnosisCase, Done
 from hil.verdict.failures import EVIDENCE, LABELS, Failures
+from hil.verdict.group import AmbiguityGroup, Proposal
 from hil.verdict.limits import Key
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
@@ -116,18 +117,23 @@ def table_of(stored: StoredCase) -> dict[str, Any]:
     return {
         **asdict(stored.hand),
         "answers": dict(stored.answers),
-        "experiments": list(case.experiments),
         "ran": list(case.ran),
-        "failed": [[*key, excess] for key, excess in case.before.off.items()],
         "planned": list(case.planned),
-        "strong": _suspects_table(case.strong),
-        "weak": _suspects_table(case.weak),
+        "groups": [
+            {
+                "seen": one.seen,
+                "failed": [[*key, excess] for key, excess in one.before.off.items()],
+                "strong": _suspects_table(one.strong),
+                "weak": _suspects_table(one.weak),
+            }
+            for one in case.opened
+        ],
         "steps": [
             {
                 "step": one.proposal.step.name,
                 "at": _label(one.proposal.at),
                 "beside": _label(one.proposal.beside),
-                "outcome": one.outcome.name,
+                "outcomes": [outcome.name for outcome in one.outcomes],
                 "note": one.note,
             }
             for one in case.done
@@ -141,18 +147,11 @@ def case_of(table: Any) -> StoredCase:
     Raises:
         ValueError, KeyError, TypeError, AttributeError: a table without the form of `table_of`.
     """
-    experiments, ran, planned = (tuple(table[key]) for key in ("experiments", "ran", "planned"))
-    if not {*experiments, *ran, *planned} <= EXPERIMENTS.keys():
-        raise ValueError(f"unknown experiments {experiments} of {ran} of {planned}")
-    case = DiagnosisCase(
-        Failures({_key(e, m, on): _excess(excess) for e, m, on, excess in table["failed"]}),
-        _suspects(table["strong"]),
-        _suspects(table["weak"]),
-        experiments,
-        ran,
-        planned,
-        tuple(map(_done, table["steps"])),
-    )
+    ran, planned = (tuple(table[key]) for key in ("ran", "planned"))
+    if not {*ran, *planned} <= EXPERIMENTS.keys():
+        raise ValueError(f"unknown experiments {ran} of {planned}")
+    groups = tuple(map(_group, table["groups"]))
+    case = DiagnosisCase(groups, ran, planned, tuple(_done(row, len(groups)) for row in table["steps"]))
     hand = HandOfCase(**{name: str(table[name]) for name in HAND}, seed=int(table["seed"]))
     return StoredCase(case, hand, {str(asked): str(line) for asked, line in table["answers"].items()})
 
@@ -177,12 +176,19 @@ def _suspects_table(suspects: frozenset[Suspect]) -> list[list[str | None]]:
     return sorted(([one.part.name, _label(one.channel)] for one in suspects), key=str)
 
 
-def _done(row: Any) -> Done:
+def _group(row: Any) -> AmbiguityGroup:
+    before = Failures({_key(e, m, on): _excess(excess) for e, m, on, excess in row["failed"]})
+    return AmbiguityGroup(before, _suspects(row["strong"]), _suspects(row["weak"]), str(row["seen"]))
+
+
+def _done(row: Any, groups: int) -> Done:
     proposal = Proposal(steps()[row["step"]], _channel(row["at"]), _channel(row["beside"]))
-    outcome = StepOutcome[row["outcome"]]
-    if outcome not in proposal.step.outcomes or proposal.step.of_one_channel != (proposal.at is not None):
-        raise ValueError(f"step {row['step']} at {row['at']} has no outcome {row['outcome']}")
-    return Done(proposal, outcome, str(row["note"]))
+    outcomes = tuple(StepOutcome[name] for name in row["outcomes"])
+    if not {*outcomes} <= {*proposal.step.outcomes} or proposal.step.of_one_channel != (proposal.at is not None):
+        raise ValueError(f"step {row['step']} at {row['at']} has no outcome {row['outcomes']}")
+    if len(outcomes) != groups:
+        raise ValueError(f"{len(outcomes)} outcomes of step {row['step']} for {groups} groups")
+    return Done(proposal, outcomes, str(row["note"]))
 
 
 def _label(channel: Channel | None) -> str | None:

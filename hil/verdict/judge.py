@@ -20,11 +20,12 @@ from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Header, Recording
 from hil.targets.boot_text import identify
 from hil.targets.target import Target
-from hil.verdict.case import DiagnosisCase, experiments_that_failed
+from hil.verdict.case import DiagnosisCase
 from hil.verdict.diagnosis import Diagnosis, NextStep, command_again, command_of_case
 from hil.verdict.failures import HANDS_FAULT, Failures
 from hil.verdict.findings import Finding, NotJudgedReason, Withheld, failed
 from hil.verdict.firmware_version import reads_as
+from hil.verdict.group import AmbiguityGroup
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
 from hil.verdict.motion import still_channels, without_motion
@@ -151,15 +152,12 @@ class Judge:
         # A stop before the first sample leaves no recording, but the stopped experiment still shows the failure.
         ended = (run.end.at,) if run.end.kind in HANDS_FAULT and run.end.at in EXPERIMENTS else ()
         ran = tuple(dict.fromkeys((*run.results, *(cut.header.experiment for cut in run.end.cut), *ended)))
-        case = DiagnosisCase(
-            signs.failures,
-            found.strong,
-            found.weak,
-            experiments_that_failed(signs.failures, ran),
-            ran,
-            run.planned or ran,
+        groups = tuple(
+            AmbiguityGroup(signs.failures.of_pieces(clue.explains), clue.strong, clue.weak, clue.seen)
+            for clue in found.clues
         )
-        if not found.group:
+        case = DiagnosisCase(groups, ran, run.planned or ran)
+        if not groups:
             # the end of the run explains itself
             return Diagnosis(unexplained=failures, step=_action(run))
         return _told(run, case, found, folder)
@@ -253,10 +251,10 @@ def _asks(name: str) -> bool:
 def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path | None) -> Diagnosis:
     """Return the diagnosis of a case: its suspects, with their clues and findings."""
     bare = Diagnosis(case.remaining)
-    explained = frozenset[str]().union(*(clue.explains for clue in found.clues))
+    explained = {key for group in case.opened for key in group.before.off}
 
     def speaks(finding: Finding) -> bool:
-        return finding.subject in explained or finding == run.end.finding
+        return (finding.experiment, finding.check, finding.subject) in explained or finding == run.end.finding
 
     still = {one.subject for one in run.withheld if one.why is NotJudgedReason.NO_MOTION}
     off = failed(run.findings)

@@ -11,23 +11,33 @@ from pathlib import Path
 from aero.channels import Channel
 from aero.errors import AeroError
 from aero.firmware import firmware_of
+from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
 from aero.safety.interrupts import stops_let_through
 from hil.checks import ALIKE, EXPERIMENTS
+from hil.checks.shared.declaration import EvidenceKind
 from hil.checks.shared.lateness import VERY_LATE_S
 from hil.targets.hand_spec import HOMINGS
 from hil.targets.target import Target
-from hil.verdict.case import DiagnosisCase, Proposal, outcome_of
-from hil.verdict.failures import HANDS_FAULT, Failures
+from hil.verdict.case import DiagnosisCase
+from hil.verdict.failures import HANDS_FAULT
 from hil.verdict.findings import failed
+from hil.verdict.group import CaseState, Proposal
 from hil.verdict.judge import Judge
 from hil.verdict.judged_run import Validation
+from hil.verdict.outcome import failed_in, outcome_of
 from hil.verdict.run_end import SAYS_NOTHING, EndKind
 from hil.verdict.steps import CaseStep, StepOutcome
 from hil.verdict.validation import validate
 
+Outcomes = tuple[StepOutcome, ...]
+"""Outcome of a step for each group of a case."""
+NUDGE, NUDGES, NUDGE_S = 0.12, 3, 0.6
+"""Nudge of a channel: fraction of its window, repetitions, time at each position (s)."""
 OPENS_S = 2.0
 """Time for a hand to open and settle, s."""
+WARM_RUNS = 2
+"""Number of further runs for a failure that needs warm servos."""
 AT_LEAST = ("presence",)
 """Experiments for a failure that no experiment showed, such as a board that is silent from the start."""
 
@@ -56,6 +66,9 @@ class Plan:
         first = case.experiments or AT_LEAST
         whole = set(case.planned) - set(first)
         confirming = [first] * case.by_chance + [case.planned] * bool(whole)
+        # a servo that has cooled down passes at first
+        warm = any(piece.kind is EvidenceKind.OWN_SENSOR for piece in case.before.pieces)
+        confirming += [case.planned] * (WARM_RUNS * warm)
         # a hand that failed the first gate was never moved and needs no opening
         moved = any(any(EXPERIMENTS[name].furthest) for name in case.ran)
         return cls(first, tuple(confirming), HOMINGS if step.homes else 0, firmware_of(firmware).homing_s, moved)
@@ -113,10 +126,12 @@ def rerun(
     freed: bool = False,
     folder: Path | None = None,
     progress: CaseProgress = lambda _part, _doing, _left_s: None,
-) -> tuple[StepOutcome | None, Validation]:
-    """Rerun the failing experiments of a case after a step; return the outcome (None if inconclusive) and the run.
+) -> tuple[Outcomes | None, Validation]:
+    """Rerun the failing experiments of a case after a step; return the outcome of each group, and the run.
 
-    `freed` is True if the user removed an object in contact with the hand.
+    The outcomes are None if the run is inconclusive. A step that homes does so again if part of a failure stays: the
+    board finishes with its next homing what the step has started. `freed` is True if the user removed an object in
+    contact with the hand.
 
     Raises:
         OSError: a recording cannot be created.
@@ -125,17 +140,43 @@ def rerun(
     course = _Course(plan, progress)
     _prepare(target, plan, plan.homings, course)
     run = _run(target, plan.first, folder, course)
-    outcome = outcome_of_run(judge, case.failed_in(plan.first), proposal, run)
+    outcomes = outcomes_of_run(judge, case, plan.first, proposal, run)
+    if plan.homings and outcomes and StepOutcome.PARTLY in outcomes:
+        _prepare(target, plan, plan.homings, course)
+        run = _run(target, plan.first, folder, course)
+        outcomes = outcomes_of_run(judge, case, plan.first, proposal, run)
     for names in plan.confirming:
         # Late, thermal or random faults can pass a shorter run, and chance a whole one.
-        if outcome is StepOutcome.GONE:
+        if outcomes and StepOutcome.GONE in outcomes:
             _prepare(target, plan, 0, course)
             run = _run(target, names, folder, course)
-            outcome = outcome_of_run(judge, case.failed_in(names), proposal, run)
-    if outcome is StepOutcome.GONE and _fails(run):
-        outcome = StepOutcome.PARTLY
+            again = outcomes_of_run(judge, case, names, proposal, run)
+            outcomes = again and tuple(
+                new if one is StepOutcome.GONE else one for one, new in zip(outcomes, again, strict=True)
+            )
+    if outcomes and {*outcomes} == {StepOutcome.GONE} and _fails(run) and not _left_elsewhere(case):
+        outcomes = (StepOutcome.PARTLY,) * len(outcomes)
     progress(1.0, "done", 0.0)
-    return StepOutcome.FREED if freed and outcome is StepOutcome.GONE else outcome, run
+    if freed and outcomes:
+        outcomes = tuple(StepOutcome.FREED if one is StepOutcome.GONE else one for one in outcomes)
+    return outcomes, run
+
+
+def nudge(target: Target, channel: Channel) -> None:
+    """Move one channel of an open hand a little, some times, for a person who watches.
+
+    Raises:
+        AeroError, OSError, SafetyStopError: as commands of the hand.
+    """
+    target.begin()
+    for part in (NUDGE, 0.0) * NUDGES:
+        target.hand.command_codes([round(part * MAX_CODE) if one is channel else 0 for one in Channel])
+        target.clock.sleep_until(target.clock.now() + NUDGE_S)
+
+
+def _left_elsewhere(case: DiagnosisCase) -> bool:
+    """Return whether a convicted part is still in the hand, where it makes other checks fail."""
+    return any(one.state is CaseState.CONVICTED and not one.gone for one in case.groups)
 
 
 def _fails(run: Validation) -> bool:
@@ -175,8 +216,13 @@ def _prepare(target: Target, plan: Plan, homings: int, course: _Course) -> None:
             course.past(OPENS_S)
 
 
-def outcome_of_run(judge: Judge, before: Failures, proposal: Proposal, run: Validation) -> StepOutcome | None:
-    """Return the outcome of a step from the run after it, or None if the run is inconclusive."""
+def outcomes_of_run(
+    judge: Judge, case: DiagnosisCase, experiments: Sequence[str], proposal: Proposal, run: Validation
+) -> Outcomes | None:
+    """Return the outcome of a step for each group, from the run of some experiments after it.
+
+    None if the run is inconclusive for each group that goes on; UNSURE for a group about which the run says nothing.
+    """
     # After a busy run without failures, the gone failure was still measured again.
     if run.end.kind in SAYS_NOTHING - {EndKind.HOST_BUSY}:
         return None
@@ -185,4 +231,9 @@ def outcome_of_run(judge: Judge, before: Failures, proposal: Proposal, run: Vali
     late = any(one.held_up_s > VERY_LATE_S for one in run.withheld)
     if late and not run.passed and run.end.kind not in HANDS_FAULT | {EndKind.HOST_BUSY}:
         return None
-    return outcome_of(before, judge.signs_of(run).failures, proposal)
+    after = judge.signs_of(run).failures
+    found = [outcome_of(failed_in(one.before, experiments), after, proposal) for one in case.groups]
+    going_on = [outcome for one, outcome in zip(case.groups, found, strict=True) if one.state is CaseState.GOES_ON]
+    if all(outcome is None for outcome in going_on or found):
+        return None
+    return tuple(outcome or StepOutcome.UNSURE for outcome in found)

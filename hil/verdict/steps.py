@@ -31,6 +31,8 @@ class StepOutcome(Enum):
 ENDED = frozenset({StepOutcome.GONE, StepOutcome.FREED})
 """Outcomes without the failure."""
 ANSWERS = (StepOutcome.YES, StepOutcome.NO, StepOutcome.UNSURE)
+RERUN = (StepOutcome.GONE, StepOutcome.STAYS, StepOutcome.PARTLY, StepOutcome.UNSURE, StepOutcome.SKIPPED)
+"""Outcomes that each rerun can have."""
 OF_ONE = (Part.SERVO, Part.DIGIT)
 """Parts that each channel has."""
 BENDS = {
@@ -57,6 +59,19 @@ class FailureMode:
     """True for a failure mode of a servo on an unknown channel."""
 
 
+class StepCheck(Enum):
+    """Way in which a step shows that it was done."""
+
+    FINGER = "finger"
+    """The place of the marked servo, and the finger that moves when the channel is nudged."""
+    VERSION = "version"
+    """The boot text of the board."""
+    BOARD = "board"
+    """The serial number of the port, which differs on another board."""
+    PORT = "port"
+    """The USB path of the port, which a hub or another socket changes."""
+
+
 Candidate = tuple[FailureMode, Channel | None]
 """Failure mode and its channel; None for a part that exists once."""
 
@@ -74,6 +89,10 @@ class CaseStep:
     clears: Mapping[StepOutcome, frozenset[str]] = field(default_factory=dict)
     """Modes that each outcome rules out."""
     tool: str = ""
+    check: StepCheck | None = None
+    """How the step shows that it was done; a step without proof leaves each suspect as it was."""
+    confirms: tuple[str, ...] = ()
+    """Questions that the step verifies; it is useful only after an answer with yes."""
     after: tuple[str, ...] = ()
     """Steps that have priority while they are useful."""
     asks: bool = False
@@ -101,7 +120,7 @@ class CaseStep:
         """Possible outcomes of the step."""
         if self.asks:
             return (*ANSWERS, StepOutcome.SKIPPED)
-        told = {*self.convicts, StepOutcome.GONE, StepOutcome.STAYS, StepOutcome.PARTLY, StepOutcome.SKIPPED}
+        told = {*self.convicts, *RERUN}
         return tuple(outcome for outcome in StepOutcome if outcome in told)
 
     def shows(self, candidate: Candidate, outcome: StepOutcome, at: Channel | None) -> bool:
@@ -112,7 +131,7 @@ class CaseStep:
     def leaves(self, candidate: Candidate, outcome: StepOutcome, at: Channel | None) -> bool:
         """Return whether a candidate remains possible after an outcome."""
         mode, channel = candidate
-        if outcome in self.convicts and outcome is not StepOutcome.STAYS:
+        if outcome in self.convicts and outcome not in (StepOutcome.STAYS, StepOutcome.YES):
             return self.shows(candidate, outcome, at)
         here = channel is None or not self.of_one_channel or channel is at
         return not (here and mode.name in self.clears.get(outcome, ()))
@@ -156,16 +175,12 @@ def steps() -> Mapping[str, CaseStep]:
 
 
 def candidates(suspects: Iterable[Suspect]) -> tuple[Candidate, ...]:
-    """Return the failure modes of suspects; with suspects on single channels, modes of the whole hand are excluded."""
-    suspects = tuple(suspects)
-    placed = any(suspect.channel is not None for suspect in suspects)
+    """Return the failure modes of suspects."""
     return tuple(
         (mode, suspect.channel)
         for suspect in suspects
         for mode in modes().values()
-        if mode.part is suspect.part
-        and not (mode.of_hand and placed)
-        and mode.unplaced == (suspect.part in OF_ONE and suspect.channel is None)
+        if mode.part is suspect.part and mode.unplaced == (suspect.part in OF_ONE and suspect.channel is None)
     )
 
 
@@ -181,7 +196,10 @@ def _by_outcome(row: dict[str, Any]) -> dict[str, Any]:
     if row.get("homes"):
         convicts["gone"] = [*convicts.get("gone", ()), *(mode.name for mode in modes().values() if mode.reset)]
     named = {"convicts": convicts, "clears": clears}
-    return row | {key: {StepOutcome[one.upper()]: told for one, told in of.items()} for key, of in named.items()}
+    check = {"check": StepCheck(row["check"])} if "check" in row else {}
+    return (
+        row | check | {key: {StepOutcome[one.upper()]: told for one, told in of.items()} for key, of in named.items()}
+    )
 
 
 def _table() -> dict[str, Any]:

@@ -12,32 +12,36 @@ change the conclusions. A stop of the guard is a piece of evidence on the channe
 
 Layers. Measurements presuppose others. Readings are meaningful only if the driver decodes the board's bytes, the bytes
 arrived, and the board has read its servos. Loads are meaningful only with the named firmware and zeros on the board.
-The rules are therefore in layers, in this order: driver, link, freshness, setting, mechanics. The first layer with a
-matching rule explains the run. Later layers add the parts shared by all digits as weak suspects, which replace the
-strong ones after steps have cleared these.
+The rules are therefore in layers, in this order: driver, link, freshness, setting, mechanics.
 
-Strong and weak. A rule yields a `Clue`: its observation, the parts that usually cause it (*strong*) and the parts that
-may cause it (*weak*). The group is every strong suspect of the explaining layer. A long list is safe: a step that ends
-the failure clears all others at once, and only a part that a step has shown is convicted.
+Clues. A rule yields a `Clue`: its observation, the parts that usually cause it (*strong*), the parts that may cause it
+(*weak*), and the pieces of evidence that it explains. A clue about the hand explains a piece if each of its strong
+parts can cause it (table `CAN`): the test that finds the part then settles the piece, too. A lossy link explains late
+and jumping motion, and no missing torque of one finger. A clue about a digit explains what any of its parts can cause
+there. What a layer leaves unexplained goes on to the next layer, and becomes a clue with suspects of its own. Two
+faults at once are two clues. A chance event that does not recur takes its clue with it.
+
+Strong and weak. The ambiguity group of a clue is its strong suspects. A long list is safe: a step that ends the failure
+clears all others at once, and only a part that a step has shown is convicted. Shared parts of later clues are weak
+suspects of the earlier ones; they replace the strong ones after steps have cleared these.
 
 Sharing. Digits share only supply, board, bus and set-up; the three channels of the thumb are coupled and count as one
-unit. Evidence on more than two units points to shared parts. Of two units the one with more kinds of evidence is
-suspected; two units with equal kinds may touch, be exchanged, or share a weak supply.
-
-A single fault is assumed. A second one leaves the case open, or leaves failing checks after the first is repaired.
+unit, and their mechanics as one digit. Evidence on more than two units points to shared parts. A unit with several
+kinds of evidence has a clue of its own; a single kind beside it is taken for a consequence. Two units with equal kinds
+may touch, be exchanged, or share a weak supply.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 
 from aero.channels import FINGERS, Channel
 from aero.errors import DesyncError, NoTelemetryError
 from aero.safety import SafetyReason
 from hil.checks.shared.declaration import EvidenceKind as Kind
 from hil.checks.shared.subjects import SUBJECTS, subject_words
-from hil.verdict.failures import LABELS, Failures
+from hil.verdict.failures import LABELS, Failures, Piece
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect, listed
 from hil.verdict.run_end import EndKind, RunEnd
@@ -48,6 +52,27 @@ THUMB = frozenset({Channel.THUMB_ABDUCTION, Channel.THUMB_CMC_FLEXION, Channel.T
 IN_MOTION = frozenset({Kind.TIME, Kind.STALE, Kind.JUMP, Kind.SPEED})
 """Kinds of evidence that neither a static load nor a wrong zero causes."""
 EVERYWHERE = frozenset(SUBJECTS)
+"""Subjects of a clue whose other readings are not of the hand."""
+LOADED = frozenset({Kind.TRAVEL, Kind.TORQUE, Kind.SPEED})
+"""Kinds of evidence that a static load causes."""
+ON_THE_LINK = frozenset({Kind.BYTES, Kind.TEXT, Kind.STALL, Kind.LINK_TIME, Kind.STALE, Kind.TIME, Kind.JUMP})
+"""Kinds of evidence that lost, late or altered bytes cause."""
+OF_A_HAND = frozenset(Kind) - {Kind.SENT, Kind.SEEN}
+"""Kinds of evidence that a hand can cause without its driver."""
+CAN: Mapping[Part, frozenset[Kind]] = {
+    Part.COMPUTER: ON_THE_LINK | {Kind.READ, Kind.VERSION, Kind.SENT, Kind.TRAVEL},
+    Part.DRIVER: frozenset(Kind) - {Kind.SEEN, Kind.BYTES, Kind.TEXT, Kind.RESTART},
+    Part.USB: ON_THE_LINK | {Kind.READ, Kind.VERSION, Kind.RESTART, Kind.BOOT},
+    Part.BOARD: OF_A_HAND,
+    Part.SUPPLY: OF_A_HAND - {Kind.TEXT, Kind.READ, Kind.CROSSED, Kind.WINDOW, Kind.VERSION},
+    Part.BUS: OF_A_HAND - {Kind.TEXT, Kind.READ, Kind.WINDOW, Kind.VERSION},
+    Part.SERVO: LOADED | IN_MOTION | {Kind.OWN_SENSOR, Kind.CROSSED, Kind.BOOT, Kind.LINK_TIME},
+    Part.DIGIT: LOADED | {Kind.TIME, Kind.JUMP, Kind.OWN_SENSOR, Kind.CROSSED},
+    Part.SETUP: OF_A_HAND - {Kind.BYTES, Kind.TEXT, Kind.STALL, Kind.RESTART, Kind.READ},
+}
+"""Kinds of evidence that a part can cause."""
+SEVERAL = 2
+"""Number of kinds of evidence from which a second unit has a clue of its own; one kind may follow from the first."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +85,15 @@ class Clue:
     """Parts that usually cause the observation."""
     weak: frozenset[Suspect] = frozenset()
     """Parts that may cause the observation."""
-    explains: frozenset[str] = EVERYWHERE
-    """Subjects whose failures the clue explains."""
+    on: frozenset[str] | None = None
+    """Subjects that the strong parts act on; None for all."""
+    explains: frozenset[Piece] = frozenset()
+    """Pieces of evidence that the clue explains."""
+
+    def can_explain(self, piece: Piece) -> bool:
+        """Return whether each strong part, or any that acts on a named subject, can cause a piece of evidence."""
+        can = [piece.kind in CAN[suspect.part] for suspect in self.strong]
+        return all(can) if self.on is None else piece.subject in self.on and any(can)
 
 
 @dataclass(frozen=True)
@@ -150,12 +182,14 @@ def fresh(signs: RunSigns) -> Iterable[Clue]:
     shared = _hand(Part.USB, Part.BOARD, Part.BUS, Part.COMPUTER)
     if signs.silent:
         names = listed(subject_words(one.label) for one in signs.silent)
-        yield Clue(f"no answer from the servo of the {names}", _of(signs.silent, Part.SERVO) | _hand(Part.BUS))
+        strong = _of(signs.silent, Part.SERVO) | _hand(Part.BUS)
+        yield Clue(f"no answer from the servo of the {names}", strong, on=EVERYWHERE)
     elif isinstance(signs.end.error, NoTelemetryError):
         silent = _hand(Part.BUS, Part.SERVO, Part.SUPPLY, Part.BOARD)
-        yield Clue("the board has never read all servos since its start", silent, _hand(Part.SETUP))
+        yield Clue("the board has never read all servos since its start", silent, _hand(Part.SETUP), EVERYWHERE)
     elif signs.end.stop is SafetyReason.STALE or (Kind.STALE in hand):
-        yield Clue("no reading changes", _hand(Part.BUS, Part.SERVO, Part.BOARD, Part.USB), _hand(Part.SUPPLY))
+        strong = _hand(Part.BUS, Part.SERVO, Part.BOARD, Part.USB)
+        yield Clue("no reading changes", strong, _hand(Part.SUPPLY), EVERYWHERE)
     elif Kind.BOOT in hand:
         yield Clue("the boot text contradicts the readings", _hand(Part.BUS, Part.BOARD, Part.SETUP))
     elif Kind.LINK_TIME in hand:
@@ -180,20 +214,36 @@ def mechanics(signs: RunSigns) -> Iterable[Clue]:
     units = signs.units
     most = max(map(len, units.values()), default=0)
     leading = [unit for unit, kinds in units.items() if len(kinds) == most]
-    if len(units) > PAIR or _alike(signs):
-        yield _several()
-    elif len(units) == PAIR == len(leading):
-        yield _pair(signs)
-    elif units:
-        others = frozenset().union(*units) - leading[0]
-        for channel in _leaning(signs, leading[0]):
-            yield _one(signs, channel, others)
-    elif Kind.SPEED in signs.hand or Kind.TIME in signs.hand:
-        yield Clue("the whole hand is slow", _hand(Part.SUPPLY, Part.SETUP, Part.BOARD, Part.USB))
-    if crossed := {LABELS[one.subject] for one in signs.failures.pieces if one.kind is Kind.CROSSED}:
+    crossed = {LABELS[one.subject] for one in signs.failures.pieces if one.kind is Kind.CROSSED}
+    if crossed:
         two = crossed | signs.of_channels.keys() if len(units) <= PAIR else crossed
         shared = _hand(Part.BOARD, Part.DRIVER, Part.SETUP)
-        yield Clue("an encoder moves with another channel's command", _of(two, Part.SERVO) | shared)
+        on = frozenset(one.label for one in two)
+        yield Clue("an encoder moves with another channel's command", _of(two, Part.SERVO, Part.DIGIT) | shared, on=on)
+    if len(units) > PAIR or _alike(signs):
+        yield _several()
+    elif crossed and len(units) <= PAIR:
+        yield from ()
+    elif len(units) == PAIR == len(leading):
+        yield from (_one(signs, unit, shared=PAIR_SHARES) for unit in _by_order(leading))
+    elif units:
+        own = [unit for unit, kinds in units.items() if unit == leading[0] or len(kinds) >= SEVERAL]
+        follow = frozenset[Channel]().union(*(unit for unit in units if unit not in own))
+        yield _one(signs, leading[0], others=follow)
+        yield from (_one(signs, unit) for unit in _by_order(own) if unit != leading[0])
+    elif Kind.SPEED in signs.hand or Kind.TIME in signs.hand:
+        shared = _hand(Part.SUPPLY, Part.SETUP, Part.BOARD, Part.USB)
+        yield Clue(f"the whole hand is {_pace(signs)}", shared, on=frozenset({"hand"}))
+
+
+def _by_order(units: Iterable[frozenset[Channel]]) -> list[frozenset[Channel]]:
+    return sorted(units, key=min)
+
+
+def _pace(signs: RunSigns) -> str:
+    """Return how the hand as a whole moves; the rate of opening and closing is high for a fast hand."""
+    fast = any(one.kind is Kind.SPEED and one.high for one in signs.failures.pieces if one.subject == "hand")
+    return "too fast" if fast else "slow"
 
 
 def _alike(signs: RunSigns) -> bool:
@@ -217,34 +267,37 @@ def _several() -> Clue:
     return Clue("several digits fail", shared, _hand(Part.USB))
 
 
-def _pair(signs: RunSigns) -> Clue:
-    two = frozenset(signs.of_channels)
-    names = " and the ".join(subject_words(one.label) for one in sorted(two))
-    strong = _of(two, Part.SERVO, Part.DIGIT) | _hand(Part.SETUP, Part.SUPPLY, Part.BOARD)
-    explains = frozenset(one.label for one in two) | {"hand"}
-    weak = _hand(Part.BUS, Part.DRIVER, Part.COMPUTER)
-    return Clue(f"readings of the {names} are off", strong, weak, explains)
+PAIR_SHARES = _hand(Part.SETUP, Part.SUPPLY, Part.BOARD)
+"""Parts that two units with equal evidence may share."""
 
 
-def _one(signs: RunSigns, channel: Channel, others: frozenset[Channel]) -> Clue:
-    """Return the clue of the evidence on one channel."""
-    kinds = signs.of_channels.get(channel, frozenset({Kind.TRAVEL}))
-    own, place = _of([channel], Part.SERVO), _of([channel], Part.DIGIT)
+def _one(
+    signs: RunSigns,
+    unit: frozenset[Channel],
+    *,
+    others: frozenset[Channel] = frozenset(),
+    shared: frozenset[Suspect] = frozenset(),
+) -> Clue:
+    """Return the clue of the evidence on one unit; `others` are channels that follow, `shared` further strong parts."""
+    channels = _leaning(signs, unit)
+    kinds = frozenset[Kind]().union(*(signs.of_channels.get(one, frozenset({Kind.TRAVEL})) for one in channels))
+    own, place = _of(channels, Part.SERVO), _of(THUMB if unit <= THUMB else channels, Part.DIGIT)
     # another program on the computer may command the hand as well
-    shared = _hand(Part.BOARD, Part.SUPPLY, Part.DRIVER, Part.COMPUTER)
+    all_share = _hand(Part.BOARD, Part.SUPPLY, Part.DRIVER, Part.COMPUTER)
     if kinds == {Kind.OWN_SENSOR}:
-        strong, weak = own, place | _hand(Part.SETUP, Part.BUS) | shared
+        strong, weak = own, place | _hand(Part.SETUP, Part.BUS) | all_share
     elif kinds <= IN_MOTION:
-        strong, weak = own | _hand(Part.BUS, Part.BOARD), place | _hand(Part.SETUP, Part.USB) | shared
+        strong, weak = own | _hand(Part.BUS, Part.BOARD), place | _hand(Part.SETUP, Part.USB) | all_share
     else:
-        strong, weak = own | place | _hand(Part.SETUP), _hand(Part.BUS) | shared
-    lean = frozenset(one.label for one in THUMB) if channel in THUMB else frozenset[str]()
-    explains = lean | {channel.label, "hand"} | frozenset(one.label for one in others)
+        strong, weak = own | place | _hand(Part.SETUP), _hand(Part.BUS) | all_share
+    strong |= shared
     if Kind.SPEED in signs.hand:
         # a weak supply fails first at the digit with the largest load, and slows the others
         strong |= _hand(Part.SUPPLY)
-    weak |= _of(others | (THUMB - {channel} if channel in THUMB else frozenset()), Part.SERVO, Part.DIGIT)
-    return Clue(f"readings of the {subject_words(channel.label)} are off", strong, weak, explains)
+    weak |= _of(others | (THUMB if unit <= THUMB else frozenset()), Part.SERVO, Part.DIGIT)
+    on = frozenset(one.label for one in (*channels, *others, *(THUMB if unit <= THUMB else ()))) | {"hand"}
+    named = " and the ".join(subject_words(one.label) for one in sorted(unit))
+    return Clue(f"readings of the {named} are off", strong, weak - strong, on)
 
 
 LAYERS: tuple[Rule, ...] = (driver, link, fresh, setting, mechanics)
@@ -256,23 +309,26 @@ class Isolation:
     """Result of the rules on a run."""
 
     clues: tuple[Clue, ...] = ()
-    """Clues of the explaining layer."""
-    strong: frozenset[Suspect] = frozenset()
-    weak: frozenset[Suspect] = frozenset()
+    """Clues in the order of their layers, each with the evidence that it explains."""
 
     @property
-    def group(self) -> frozenset[Suspect]:
-        """Ambiguity group: strong suspects, else weak ones."""
-        return self.strong or self.weak
+    def strong(self) -> frozenset[Suspect]:
+        """Strong suspects of all clues."""
+        return frozenset[Suspect]().union(*(clue.strong for clue in self.clues))
+
+    @property
+    def weak(self) -> frozenset[Suspect]:
+        """Weak suspects that are strong in no clue."""
+        return frozenset[Suspect]().union(*(clue.weak for clue in self.clues)) - self.strong
 
 
 def isolate(signs: RunSigns) -> Isolation:
-    """Return the suspects of a run."""
-    layers = [found for rule in LAYERS if (found := tuple(rule(signs)))]
-    if not layers:
-        return Isolation()
-    first, *later = layers
-    strong = frozenset[Suspect]().union(*(clue.strong for clue in first))
-    weak = frozenset[Suspect]().union(*(clue.weak for clue in first))
-    others = frozenset[Suspect]().union(*(clue.strong | clue.weak for found in later for clue in found))
-    return Isolation(first, strong, (weak | {one for one in others if one.channel is None}) - strong)
+    """Return the clues of a run; a layer sees only the evidence that the layers before have left unexplained."""
+    clues: list[Clue] = []
+    for rule in LAYERS:
+        for clue in rule(signs):
+            explained = frozenset(filter(clue.can_explain, signs.failures.pieces))
+            signs = replace(signs, failures=signs.failures.without(explained))
+            clues.append(replace(clue, explains=explained))
+    shared = frozenset(one for clue in clues for one in clue.strong | clue.weak if one.channel is None)
+    return Isolation(tuple(replace(clue, weak=(clue.weak | shared) - clue.strong) for clue in clues))

@@ -79,6 +79,9 @@ def answer(tab):
     now = buttons(tab)
     if "No" in now:
         click_if_there(tab, "No")
+    elif "Not sure" in now:
+        moved = re.search(r"has moved the (\w+) finger", tab.inner_text("body"))
+        click_if_there(tab, f"{moved[1] if moved else 'middle'} finger".capitalize())
     elif (note := tab.get_by_role("textbox", name="Note, then Enter")).is_visible():
         note.press_sequentially("as the neighbour\n")
         expect(note).to_be_hidden()

@@ -4,7 +4,6 @@ The hand is guarded and reopened for each step, on virtual time. The answers fol
 injected fault is never queried.
 """
 
-import re
 from collections.abc import Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
@@ -26,6 +25,7 @@ from hil.report.results import write_results
 from hil.targets.hand_errors import NoHandError
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import CASE, read_case
+from hil.verdict.noticed import Differences, Flashed, Place, Removed, Voltages
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import EndKind
@@ -38,18 +38,20 @@ REST_S = 120.0
 
 
 class Owner:
-    """Lets the helper do each step, and answers from the displayed observations."""
+    """Lets the helper do each step, and answers from its observations."""
 
     def __init__(self):
-        self.shown, self._seen = [], ""
+        self.shown = []
 
     def ask(self, question):
         if not isinstance(question, Choice):
             return ""
+        if question.noticed is None:
+            return question.options[0].answer
+        if isinstance(question.noticed, Place):
+            return question.noticed.channel
         answers = {option.label: option.answer for option in question.options}
-        if "yes" in answers:
-            return answers["yes" if sees(self._seen) else "no"]
-        return question.options[0].answer
+        return answers["yes" if differs(question.noticed) else "no"]
 
     def show(self, case):
         self.shown.append(case)
@@ -62,20 +64,21 @@ class Owner:
 
     def tell(self, text):
         self.shown.append(text)
-        if text.startswith("seen"):
-            self._seen = text.removeprefix("seen").strip()
 
 
-def sees(text):
+def differs(noticed):
     """Return whether an observation means yes: a difference, a removed object, or a wrong voltage."""
-    if "the supply gives" in text:
-        *measured, usual = map(float, re.findall(r"([\d.]+) V", text))
-        return any(abs(volts / usual - 1.0) > OFF for volts in measured)
-    if flashed := re.search("flashed: ([^;]*).*; named: (.*)", text):
-        return flashed[1] != flashed[2]
-    if looked := re.findall(r"(?:bent \w+|looked at \w+|read the \w+): ([^;]*)", text):
-        return looked[0] != "nothing differs"
-    return "nothing to take" not in text
+    match noticed:
+        case Voltages(at_rest, closing, usual):
+            return any(abs(volts / usual - 1.0) > OFF for volts in (at_rest, closing))
+        case Flashed(version, side, named_version, named_side):
+            return (version, side) != (named_version, named_side)
+        case Differences(_, of):
+            # the neighbour is bent for comparison
+            return bool(next(iter(of.values())))
+        case Removed(found):
+            return found
+    raise AssertionError(f"{noticed} answers no question with yes or no")
 
 
 @dataclass(frozen=True)
@@ -109,9 +112,10 @@ class Played:
         return sum(done.proposal.step.minutes for done in self.case.done) if self.case else 0.0
 
 
-def is_right(suspect: Suspect, fault: Injection) -> bool:
-    """Return whether a suspect is the part of a fault."""
-    return suspect.part in fault.parts and (suspect.channel in {None, *_about(fault)} or fault.channel is None)
+def is_right(suspect: Suspect, fault: Injection, *, alike: bool = False) -> bool:
+    """Return whether a suspect is the part of a fault, or with `alike` a part whose fault looks identical."""
+    parts = fault.parts if alike else (fault.part,)
+    return suspect.part in parts and (suspect.channel in {None, *_about(fault)} or fault.channel is None)
 
 
 def _about(fault):

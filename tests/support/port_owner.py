@@ -12,7 +12,7 @@ import threading
 from contextlib import contextmanager, suppress
 from queue import Queue
 
-from owner import sees
+from owner import OFF
 from pages import environment
 
 from aero.channels import Channel
@@ -36,6 +36,7 @@ BENT = {
 MOST_PROMPTS = 60
 """Limit of prompts, for example on a computer that is busy in every run."""
 DOES = (
+    (r"Mend what was found", "power_off;replace digit {0};power_on"),
     (r"Exchange the servo", "exchange_servos {0} {1}"),
     (r"reseat every plug", "power_off;replace bus;power_on"),
     (r"another supply", "power_off;replace supply;power_on"),
@@ -118,7 +119,8 @@ def first_run(folder, link, *options, again_if_late=True):
 def _failed(folder):
     """Return the failed checks of the case of a run; none without a case."""
     case = folder / "case.json"
-    return {check for _, check, *_ in json.loads(case.read_text())["failed"]} if case.exists() else set()
+    groups = json.loads(case.read_text())["groups"] if case.exists() else []
+    return {check for group in groups for _, check, *_ in group["failed"]}
 
 
 def diagnosed(folder, link, hand, *, named=""):
@@ -155,6 +157,9 @@ def _answer(hand, prompt, step, named):
         question = asked if "take away" in asked else step
         seen = hand.do(_words(LOOKS, question))
         return "y" if sees(f"{seen}; named: {named}" if "flashed" in seen else seen) else "n"
+    if "marked servo" in asked or "three times" in asked:
+        digits = _digits(step if "marked servo" in asked else asked)
+        return str(1 + digits["marked servo" in asked])
     if "'done'" in asked:
         for words in filter(None, _words(DOES, step).split(";")):
             hand.do(words)
@@ -164,6 +169,23 @@ def _answer(hand, prompt, step, named):
 
 
 def _words(table, text):
-    names = {**{subject_words(channel.label): channel for channel in Channel}, **BENT}
-    digits = [names[name].label for name in sorted(names, key=text.find) if name in text]
+    digits = [channel.label for channel in _digits(text)]
     return next((words.format(*digits) for pattern, words in table if re.search(pattern, text)), "")
+
+
+def _digits(text):
+    """Return the channels of a text, in their order there."""
+    names = {**{subject_words(channel.label): channel for channel in Channel}, **BENT}
+    return [names[name] for name in sorted(names, key=text.find) if name in text]
+
+
+def sees(text):
+    """Return whether an observation means yes: a difference, a removed object, or a wrong voltage."""
+    if "the supply gives" in text:
+        *measured, usual = map(float, re.findall(r"([\d.]+) V", text))
+        return any(abs(volts / usual - 1.0) > OFF for volts in measured)
+    if flashed := re.search("flashed: ([^;]*).*; named: (.*)", text):
+        return flashed[1] != flashed[2]
+    if looked := re.findall(r"(?:bent \w+|looked at \w+|read the \w+): ([^;]*)", text):
+        return looked[0] != "nothing differs"
+    return "nothing to take" not in text

@@ -59,7 +59,7 @@ def told(outcome: Outcome) -> tuple[str, ...]:
         return outcome.suspects
     judge = Judge(trial.firmware, guarded=trial.guarded)
     signs = judge.signs(_numbers(outcome), FINISHED)
-    return tuple(sorted(map(written, isolate(signs).group)))
+    return tuple(sorted(map(written, isolate(signs).strong)))
 
 
 def right_part(fault: Injection, suspects: Collection[str]) -> bool:

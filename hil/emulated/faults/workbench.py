@@ -36,6 +36,7 @@ BEFORE_THE_BOARD = (Part.COMPUTER, Part.DRIVER, Part.USB)
 OF_A_SERVO = ("rotor_inertia", "spool_damping", "spool_friction")
 """Mechanics fields that move with a servo to another channel."""
 EXCHANGES = {Part.SERVO: "exchange_servos", Part.BUS: "exchange_plugs"}
+EMPTIED = "took everything out of the hand"
 HELD_SHARE = 0.55
 """Travel of a joint up to a held object, fraction of full travel."""
 
@@ -229,7 +230,7 @@ class Workbench:
         if self._held is not None:
             self._held.undo()
             self._held = None
-        return self._note("took everything out of the hand" if there else "there was nothing to take out of the hand")
+        return self._note(EMPTIED if there else "there was nothing to take out of the hand")
 
     def home(self) -> str:
         """Start homing on the board, which takes some seconds.
@@ -308,16 +309,28 @@ class Workbench:
 
     def feel(self, channel: Channel) -> str:
         """Bend a digit by hand, supply off, and log the differences from the healthy hand."""
-        return self._note(in_words(f"bent {channel.label}", felt_of_digit(self.assembly, channel)))
+        return self._note(in_words(f"bent {channel.label}", self.felt(channel)))
+
+    def felt(self, channel: Channel) -> tuple[str, ...]:
+        """Return the differences from the healthy hand that are felt when a digit is bent."""
+        return felt_of_digit(self.assembly, channel)
 
     def look(self, channel: Channel) -> str:
         """Inspect a cable visually and log the differences from the healthy hand."""
+        return self._note(in_words(f"looked at {channel.label}", self.seen(channel)))
+
+    def seen(self, channel: Channel) -> tuple[str, ...]:
+        """Return the differences from the healthy hand that are seen along a cable."""
         wound = [c for one in self._present if one.fault.layer is FaultLayer.WINDING for c in cables_of(one)]
-        return self._note(in_words(f"looked at {channel.label}", seen_of_cable(self.assembly, wound, channel)))
+        return seen_of_cable(self.assembly, wound, channel)
 
     def registers(self) -> str:
         """Read the servos on a bus adapter and log the IDs that do not answer or answer twice."""
-        return self._note(in_words("read the bus", odd_on_bus(self.assembly)))
+        return self._note(in_words("read the bus", self.on_bus()))
+
+    def on_bus(self) -> tuple[str, ...]:
+        """Return the IDs that do not answer a bus adapter, or answer twice, as sentences."""
+        return odd_on_bus(self.assembly)
 
     def flashed(self) -> str:
         """Log the firmware version and side on the board."""

@@ -13,23 +13,26 @@ from hil.dialogue.case_session import CaseSession
 from hil.emulated.any_hand import open_target
 from hil.recordings.errors import NotOneHandError, UnusableFileError
 from hil.verdict import validation
-from hil.verdict.case import DiagnosisCase, Done, Proposal
+from hil.verdict.case import DiagnosisCase, Done
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
 from hil.verdict.failures import Failures
+from hil.verdict.group import AmbiguityGroup, Proposal
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 from hil.verdict.steps import StepOutcome, steps
 
 RING = frozenset({Suspect(Part.SERVO, Channel.RING), Suspect(Part.DIGIT, Channel.RING)})
-EMPTIED = Done(Proposal(steps()["home"]), StepOutcome.STAYS)
-"""Emptying and homing the hand comes first, and bending a finger next."""
+NAMED = Done(Proposal(steps()["version"]), (StepOutcome.NO,))
+EMPTIED = Done(Proposal(steps()["home"]), (StepOutcome.STAYS,))
+"""Emptying and homing the hand comes after the question about the version, and a look at the cable next."""
 
 
 def case_in(tmp_path, *done):
     """Write a case of the ring finger, as a run that failed leaves it."""
     failed = Failures({("audit", "followed", "ring"): -9.0, ("audit", "pull", "ring"): 3.0})
     ran = ("presence", "audit")
-    case = DiagnosisCase(failed, RING | {Suspect(Part.SETUP)}, experiments=ran, planned=ran, done=done)
+    group = AmbiguityGroup(failed, RING | {Suspect(Part.SETUP)})
+    case = DiagnosisCase((group,), ran, ran, (NAMED, *done))
     write_case(tmp_path, StoredCase(case, HandOfCase("0.2.0", "right")))
     return tmp_path
 
@@ -45,11 +48,11 @@ def diagnosed(folder, typed):
 
 def test_what_a_person_sees_convicts_without_another_run(tmp_path):
     folder = case_in(tmp_path, EMPTIED)
-    ended = diagnosed(folder, "y\nthe spring is off\n")
+    ended = diagnosed(folder, "n\n\ny\nthe spring is off\ns\n")
     assert ended.exit_code == Exit.OUT_OF_LIMITS
     assert "Digit of the ring finger." in ended.output
-    *_, done = read_case(folder).case.done
-    assert (done.outcome, done.note) == (StepOutcome.YES, "the spring is off")
+    *_, done, _mend = read_case(folder).case.done
+    assert (done.outcomes, done.note) == ((StepOutcome.YES,), "the spring is off")
     assert (folder / "case.html").is_file()
 
 
@@ -64,11 +67,11 @@ def test_where_a_person_sees_nothing_the_experiments_are_run(folder, monkeypatch
     ended = diagnosed(folder, "y\ndone\n")
     assert ended.exit_code == Exit.WITHIN_LIMITS
     assert "leave out of the hand what was taken away" in " ".join(ended.output.split())
-    assert (folder / "step-1" / "audit.mcap").is_file()
+    assert (folder / "step-2" / "audit.mcap").is_file()
     # The page of a step leads back to the case, and opens none of its own.
-    page = html.unescape((folder / "step-1" / "report.html").read_text())
+    page = html.unescape((folder / "step-2" / "report.html").read_text())
     assert f"aero-hil diagnose {folder} --hil /dev/nowhere" in page
-    assert not (folder / "step-1" / "case.json").exists()
+    assert not (folder / "step-2" / "case.json").exists()
 
 
 @pytest.mark.parametrize("target", ["emulated", "pty"])
@@ -87,13 +90,13 @@ def test_ctrl_c_in_the_middle_of_a_run_puts_the_case_down(folder, monkeypatch):
     ended = diagnosed(folder, "n\ndone\n")
     assert ended.output.count("next step") == 1
     assert "the same command resumes" in ended.output
-    assert read_case(folder).case.done == ()
+    assert read_case(folder).case.done == (NAMED,)
     assert "Open case" in (folder / "case.html").read_text()
 
 
 def test_before_the_hand_moves_it_is_said_with_how_long(folder):
     said = " ".join(diagnosed(folder, "n\n").output.split())
-    assert "The hand homes (about 8 s). Runs presence, audit (about" in said
+    assert "The hand homes (about 8 s). Runs audit (about" in said
     assert "Fingers and thumb will close" in said
     assert "Keep clear. Ctrl-C opens the hand." in said
 
@@ -103,13 +106,13 @@ def test_a_case_that_is_put_down_is_taken_up_where_it_was(tmp_path):
     put_down = diagnosed(folder, "n\n")
     assert put_down.exit_code not in (Exit.WITHIN_LIMITS, Exit.OUT_OF_LIMITS)
     assert "the same command resumes" in put_down.output
-    assert read_case(folder).case.done == (EMPTIED,)
+    assert read_case(folder).case.done == (NAMED, EMPTIED)
     assert "what was measured" not in put_down.output
     assert list(read_case(folder).answers.values()) == ["no"]
     again = diagnosed(folder, "alike\n")
     assert "answered" in again.output
     *_, done = read_case(folder).case.done
-    assert (done.outcome, done.note) == (StepOutcome.NO, "alike")
+    assert (done.outcomes, done.note) == ((StepOutcome.NO,), "alike")
 
 
 @pytest.mark.parametrize(
@@ -124,7 +127,7 @@ def test_another_hand_is_refused_before_anything_is_asked(table, refused, monkey
     ended = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", "bench"], input="y\n\n")
     assert (ended.exit_code == Exit.USAGE) is bool(refused)
     assert refused in ended.output
-    same = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", "bench", "--same-hand"], input="y\n\n")
+    same = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", "bench", "--same-hand"], input="y\n\nn\n\ns\n")
     assert same.exit_code == Exit.OUT_OF_LIMITS
 
 

@@ -20,9 +20,10 @@ from hil.emulated.faults import parse_fault
 from hil.emulated.standing_hand import StandingHand
 from hil.targets.hand_errors import NoHandError
 from hil.targets.hand_spec import PortSpec
-from hil.verdict.case import DiagnosisCase, Done, Proposal
+from hil.verdict.case import DiagnosisCase, Done
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
 from hil.verdict.failures import Failures
+from hil.verdict.group import AmbiguityGroup, Proposal
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import EndKind, RunEnd
@@ -31,15 +32,9 @@ from hil.verdict.validation import validate
 
 BY_HELP = "n\nm\n" * 40
 """No to each question, and each step by the program."""
+OFF = Failures({("presence", "round_trip", "hand"): 9.0, ("presence", "idle_current", "ring"): 3.0})
 SETUP = StoredCase(
-    DiagnosisCase(
-        Failures({("presence", "round_trip", "hand"): 9.0, ("presence", "idle_current", "ring"): 3.0}),
-        frozenset({Suspect(Part.SETUP)}),
-        frozenset(),
-        ("presence",),
-        ("presence",),
-        ("presence",),
-    ),
+    DiagnosisCase((AmbiguityGroup(OFF, frozenset({Suspect(Part.SETUP)})),), ("presence",), ("presence",)),
     HandOfCase("0.2.0", "right"),
 )
 
@@ -94,7 +89,7 @@ def test_a_board_that_homes_is_waited_for(silent_s, found, tmp_path):
         if not found:
             with pytest.raises(NoHandError):
                 session.go_through()
-            assert read_case(tmp_path).answers
+            assert read_case(tmp_path).case.done
             return
         session.go_through()
     assert session.case.gone
@@ -107,14 +102,15 @@ def test_a_board_that_homes_is_waited_for(silent_s, found, tmp_path):
 
 def test_a_board_that_waits_for_the_rest_of_a_frame_gets_it(tmp_path):
     """A board that another program had left out of step kept a step from ending any failure."""
-    once = replace(SETUP, case=replace(SETUP.case, before=Failures({("session", "lost_replies", "hand"): 3.0})))
+    lost = AmbiguityGroup(Failures({("session", "lost_replies", "hand"): 3.0}), frozenset({Suspect(Part.SETUP)}))
+    once = replace(SETUP, case=replace(SETUP.case, opened=(lost,)))
     write_case(tmp_path, once)
     with closing(StandingHand(EmulatedSpec())) as standing:
         standing.electronics.board.receive(b"M105\n")
         session = CaseSession(once, tmp_path, EmulatedCaseHand(standing), asker := Silent())
         session.go_through()
     (done,) = session.case.done
-    assert (done.proposal.step.name, done.outcome) == ("again", StepOutcome.GONE)
+    assert (done.proposal.step.name, done.outcomes) == ("again", (StepOutcome.GONE,))
     assert any("rest of a command" in one for one in asker.told if isinstance(one, str))
 
 
@@ -137,8 +133,8 @@ def test_a_hand_that_no_step_lets_answer_still_fails(tmp_path):
     with open_target(homed=True) as target:
         session = CaseSession(SETUP, tmp_path, Homing(target, 1e6), Silent())
         session.go_through()
-    outcomes = {done.outcome for done in session.case.done if done.proposal.step.runs}
-    assert outcomes == {StepOutcome.STAYS}
+    outcomes = {done.outcomes for done in session.case.done if done.proposal.step.runs}
+    assert outcomes == {(StepOutcome.STAYS,)}
 
 
 def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path, monkeypatch):
@@ -150,7 +146,7 @@ def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path,
 
     def stopped(target, case, proposal, **_more):
         runs.append(target.clock.now())
-        return StepOutcome.STAYS, replace(good, end=hot)
+        return (StepOutcome.STAYS,), replace(good, end=hot)
 
     monkeypatch.setattr(case_session, "COOLS_S", 20.0)
     monkeypatch.setattr(case_session, "rerun", stopped)
@@ -158,7 +154,7 @@ def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path,
     with open_target(homed=True) as target:
         session = CaseSession(SETUP, tmp_path, Homing(target, 0), asker := Silent())
         session.go_through()
-    assert {done.outcome for done in session.case.done if done.proposal.step.runs} == {StepOutcome.SKIPPED}
+    assert {done.outcomes for done in session.case.done if done.proposal.step.runs} == {(StepOutcome.SKIPPED,)}
     assert len(runs) == RUNS * len(asker.announced)
     assert runs[1] - runs[0] >= 20.0
 
@@ -180,8 +176,12 @@ def test_a_board_that_has_just_booted_is_asked_over_a_new_link(tmp_path):
 )
 def test_a_case_ends_with_a_command_that_names_version_and_side(ended, command, tmp_path):
     """A left hand with 0.1.5 was to be validated as a right one with the default version."""
-    outcome = StepOutcome.YES if ended == "version" else StepOutcome.FREED
-    closed = replace(SETUP, case=replace(SETUP.case, done=(Done(Proposal(steps()[ended]), outcome),)))
+    skipped = Done(Proposal(steps()["flash"]), (StepOutcome.SKIPPED,))
+    done = {
+        "version": (Done(Proposal(steps()["version"]), (StepOutcome.YES,)), skipped),
+        "home": (Done(Proposal(steps()["home"]), (StepOutcome.FREED,)),),
+    }
+    closed = replace(SETUP, case=replace(SETUP.case, done=done[ended]))
     write_case(tmp_path, closed)
     with open_target() as target:
         hand = Homing(target, 0)
@@ -199,8 +199,8 @@ def test_a_newcomer_sees_a_whole_case_on_the_emulated_hand_of_the_run(tmp_path):
     ended = CliRunner().invoke(main, ["diagnose", str(tmp_path)], input=BY_HELP)
     assert ended.exit_code == Exit.OUT_OF_LIMITS
     case = read_case(tmp_path).case
-    assert case.convicted == Suspect(Part.SERVO, Channel.RING)
-    assert case.done[-1].outcome is StepOutcome.MOVED
+    assert case.told == (Suspect(Part.SERVO, Channel.RING),)
+    assert case.done[-1].outcomes == (StepOutcome.MOVED,)
     assert "exchanged the servos of ring and middle" in ended.output
 
 

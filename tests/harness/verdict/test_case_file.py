@@ -10,20 +10,24 @@ from hypothesis import strategies as st
 from aero.channels import Channel
 from hil.recordings.errors import UnusableFileError
 from hil.report.page import render_case
-from hil.verdict.case import DiagnosisCase, Done, Proposal
+from hil.verdict.case import DiagnosisCase, Done
 from hil.verdict.case_file import CASE, HandOfCase, StoredCase, case_of, read_case, table_of, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.failures import Failures
+from hil.verdict.group import AmbiguityGroup, Proposal
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 from hil.verdict.steps import StepOutcome, steps
 
 HAND = HandOfCase("0.1.5", "left", "bench-left", "A1")
-CASE_OF_RING = DiagnosisCase(
+GROUP = AmbiguityGroup(
     Failures({("staircase", "friction", "ring"): 3.0}),
     frozenset({Suspect(Part.SERVO, Channel.RING), Suspect(Part.DIGIT, Channel.RING), Suspect(Part.SETUP)}),
     frozenset({Suspect(Part.BOARD)}),
-    ("staircase",),
+    "readings of the ring finger are off",
+)
+CASE_OF_RING = DiagnosisCase(
+    (GROUP,),
     ("presence", "staircase"),
     ("presence", "staircase", "replay"),
 )
@@ -49,7 +53,10 @@ def test_a_case_is_taken_up_as_it_was_put_down(done):
 
 
 def edited(**changes):
-    return json.dumps(json.loads(json.dumps(table_of(StoredCase(MOVED, HAND)))) | changes)
+    table = json.loads(json.dumps(table_of(StoredCase(MOVED, HAND)))) | changes
+    of_group = {key: table.pop(key) for key in ("failed", "strong") if key in changes}
+    table["groups"][0].update(of_group)
+    return json.dumps(table)
 
 
 FOREIGN = {
@@ -61,15 +68,18 @@ FOREIGN = {
     "list as a key": edited(failed=[[["staircase"], "friction", "ring", 3.0]]),
     "unknown part": edited(strong=[["TOE", None]]),
     "unknown channel": edited(strong=[["SERVO", "toe"]]),
-    "unknown outcome": edited(steps=[{"step": "home", "at": None, "beside": None, "outcome": "SEEN", "note": ""}]),
+    "unknown outcome": edited(steps=[{"step": "home", "at": None, "beside": None, "outcomes": ["SEEN"], "note": ""}]),
     "outcome of another step": edited(
-        steps=[{"step": "home", "at": None, "beside": None, "outcome": "YES", "note": ""}]
+        steps=[{"step": "home", "at": None, "beside": None, "outcomes": ["YES"], "note": ""}]
     ),
     "step at no place": edited(
-        steps=[{"step": "exchange", "at": None, "beside": None, "outcome": "MOVED", "note": ""}]
+        steps=[{"step": "exchange", "at": None, "beside": None, "outcomes": ["MOVED"], "note": ""}]
     ),
     "step of another version": edited(
-        steps=[{"step": "look", "at": "ring", "beside": "pinky", "outcome": "STAYS", "note": ""}]
+        steps=[{"step": "look", "at": "ring", "beside": "pinky", "outcomes": ["STAYS"], "note": ""}]
+    ),
+    "outcomes of other groups": edited(
+        steps=[{"step": "home", "at": None, "beside": None, "outcomes": ["GONE", "STAYS"], "note": ""}]
     ),
     "unknown experiment": edited(planned=["tea"]),
     "number for a list": edited(steps=3),
@@ -100,7 +110,7 @@ def test_a_folder_without_a_case_says_what_opens_one(tmp_path):
 def test_page_and_words_show_the_part_and_the_chain(tmp_path):
     write_case(tmp_path, StoredCase(MOVED, HAND))
     case = read_case(tmp_path).case
-    assert case.convicted == Suspect(Part.SERVO, Channel.RING)
+    assert case.told == (Suspect(Part.SERVO, Channel.RING),)
     assert conclusion(case) == (
         "Servo of the ring finger, which is now at the pinky finger. Replace this servo. "
         "If its registers differ from its neighbours', setting them alike may do."
@@ -121,7 +131,7 @@ def test_replace_is_said_of_no_part_that_no_step_convicted():
     [
         ("home", StepOutcome.GONE, "The failure is gone", True),
         ("home", StepOutcome.STAYS, "Open case", True),
-        ("bend", StepOutcome.YES, "At fault", False),
+        ("exchange", StepOutcome.MOVED, "At fault", True),
         ("bend", StepOutcome.NO, "Open case", False),
         ("exchange", StepOutcome.SKIPPED, "Open case", False),
     ],
@@ -141,6 +151,6 @@ def test_every_step_says_why_in_whole_sentences(step):
 
 def test_what_was_answered_is_said_with_what_came_of_it():
     bend = Proposal(steps()["bend"], Channel.RING, Channel.PINKY)
-    assert outcome_text(Done(bend, StepOutcome.NO, "alike")).endswith("? No (alike).")
-    assert outcome_text(Done(bend, StepOutcome.YES)).endswith("? Yes.")
-    assert outcome_text(Done(Proposal(steps()["power"]), StepOutcome.GONE)).endswith(". The failure is gone.")
+    assert outcome_text(Done(bend, (StepOutcome.NO,), "alike")).endswith("? No (alike).")
+    assert outcome_text(Done(bend, (StepOutcome.YES,))).endswith("? Yes.")
+    assert outcome_text(Done(Proposal(steps()["power"]), (StepOutcome.GONE,))).endswith(". The failure is gone.")

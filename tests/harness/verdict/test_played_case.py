@@ -1,10 +1,11 @@
 """Whole cases, played by an owner who knows what is shown: the part goes along with what is exchanged."""
 
 import pytest
-from owner import is_right, play, sees
+from owner import differs, is_right, play
 
 from aero.channels import Channel
 from hil.emulated.faults import parse_fault
+from hil.verdict.noticed import Differences, Flashed, Removed, Voltages
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 
@@ -20,7 +21,7 @@ from hil.verdict.parts import Suspect
 )
 def test_a_case_ends_with_the_part_at_fault(fault, convicted):
     played = play([parse_fault(fault)], "plausible:420007", 420007, "0.2.0", "right")
-    assert played.case.convicted == convicted
+    assert played.told == (convicted,)
     assert is_right(played.told[0], parse_fault(fault))
 
 
@@ -32,22 +33,21 @@ def test_a_good_part_is_not_right():
 
 
 @pytest.mark.parametrize(
-    ("shown", "differs"),
+    ("noticed", "yes"),
     [
-        ("took everything out of the hand", True),
-        ("there was nothing to take out of the hand", False),
-        ("there was nothing to take out of the hand; looked at ring: nothing differs; looked at pinky: x", False),
-        ("took everything out of the hand; looked at ring: it stops elsewhere; looked at pinky: nothing differs", True),
-        ("7.40 V with the hand open, 6.90 V while the fingers close; the supply gives 7.4 V", True),
-        ("7.40 V with the hand open, 7.30 V while the fingers close; the supply gives 7.4 V", False),
-        ("flashed: 0.1.5, for a right hand; named: 0.2.0, for a right hand", True),
-        ("flashed: 0.2.0, for a right hand; named: 0.2.0, for a right hand", False),
-        ("read the registers: ring: kp is 12, 32 in the others", True),
-        ("read the registers: nothing differs", False),
+        (Removed(True), True),
+        (Removed(False), False),
+        (Differences("bent", {"ring": (), "pinky": ("it stops elsewhere",)}), False),
+        (Differences("bent", {"ring": ("it stops elsewhere",), "pinky": ()}), True),
+        (Voltages(7.4, 6.9, 7.4), True),
+        (Voltages(7.4, 7.3, 7.4), False),
+        (Flashed("0.1.5", "right", "0.2.0", "right"), True),
+        (Flashed("0.2.0", "right", "0.2.0", "right"), False),
     ],
+    ids=str,
 )
-def test_an_answer_follows_from_what_is_shown(shown, differs):
-    assert sees(shown) is differs
+def test_an_answer_follows_from_what_is_noticed(noticed, yes):
+    assert differs(noticed) is yes
 
 
 def test_what_homing_or_eyes_find_is_answered_by_what_the_hand_shows():
