@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from aero_hil_options import PluginOptions
 if TYPE_CHECKING:
     from aero.hand import Hand
     from hil.emulated.lent_hand import LentHand, SharedHand
+    from hil.emulated.pty_process import ServedPort
     from hil.targets.hand_spec import PortSpec
     from hil.targets.target import Target
 
@@ -56,6 +58,8 @@ MARKERS = (
 )
 SOFTWARE = ("emulated", "pty")
 """Targets that several test processes may open simultaneously."""
+_PORT_OF: dict[str, dict[str, Any]] = {"emulated": {"port": "pty", "homed": False}, "pty": {"homed": False}}
+"""Changes to the hand of `--hil` for `aero_port`: homing would take longer than a test."""
 SLEPT = (
     "this test waited for {seconds:g} s of real time, in which the emulated hand's time stood still: it moved nothing; "
     "use `aero_target.clock.sleep_until(aero_target.clock.now() + SECONDS)`, which waits on any hand"
@@ -111,7 +115,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, o
     result = yield
     places = [place for place, item in enumerate(items) if _uses(item)]
     ours = [items[place] for place in places]
-    for item in ours:
+    for item in (item for item in items if _uses(item) or _uses_port(item)):
         with _usage_errors(f"{item.nodeid}: "):
             for text in _fault_texts(item):
                 _ours("hil.emulated.faults.catalogue").parse_fault(text)
@@ -270,6 +274,39 @@ def aero_target(request: pytest.FixtureRequest, _aero_hil: Callable[[], SharedHa
         yield target
 
 
+@pytest.fixture(scope="session")
+def _aero_hil_port(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Callable[[], Any]]:
+    """Opener of the session's port; opened on first use, one for each process of pytest-xdist."""
+    opened, ports = ExitStack(), list[Any]()
+
+    def port() -> Any:
+        if not ports:
+            lent_port = _ours("hil.emulated.port_for_tests").lent_port
+            spec = replace(_spec(request.config), **_PORT_OF.get(request.config.option.aero_hil, {}))
+            ports.append(opened.enter_context(lent_port(spec, pytest.skip, tmp_path_factory.mktemp("stops"))))
+        return ports[0]
+
+    with opened:
+        yield port
+
+
+@pytest.fixture
+def aero_port(request: pytest.FixtureRequest, _aero_hil_port: Callable[[], Any]) -> Iterator[ServedPort]:
+    """Port of a new hand for a driver in any language: `path`, `url`, `inject`, `clear`, `act`, `telemetry`.
+
+    With `--hil=PORT`, the path of that hand behind the guard.
+    """
+    _refuse(request.node)
+    texts = _fault_texts(request.node)
+    port: ServedPort = _aero_hil_port()
+    port.renew(texts)
+    yield port
+    if texts:
+        port.renew()  # fails for a fault without effect
+
+
 @pytest.fixture
 def aero_hand(request: pytest.FixtureRequest, aero_target: Target) -> Hand:
     """Driver of the target's hand, commanded open and at rest."""
@@ -300,6 +337,10 @@ def _workers(config: pytest.Config) -> int:
 def _uses(item: pytest.Item) -> bool:
     """Return whether a test uses a fixture of this file, as opposed to another one of equal name."""
     return "_aero_hil" in getattr(item, "fixturenames", ())
+
+
+def _uses_port(item: pytest.Item) -> bool:
+    return "_aero_hil_port" in getattr(item, "fixturenames", ())
 
 
 def _fault_texts(item: pytest.Item) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from hil.emulated.any_hand import emulate
     from hil.emulated.emulated_target import EmulatedTarget, GroundTruth
     from hil.emulated.faults import CATALOGUE, Injection, parse_fault
+    from hil.emulated.pty_process import ServedPort, serve
     from hil.targets.hand_errors import FaultNeverFiredError, MissingCapabilityError, NoHandError
     from hil.targets.opening import open_port
     from hil.targets.target import Target
@@ -30,9 +31,11 @@ _HOMES = {
     "Injection": "hil.emulated.faults",
     "MissingCapabilityError": "hil.targets.hand_errors",
     "NoHandError": "hil.targets.hand_errors",
+    "ServedPort": "hil.emulated.pty_process",
     "Target": "hil.targets.target",
     "emulate": "hil.emulated.any_hand",
     "open_port": "hil.targets.opening",
+    "serve": "hil.emulated.pty_process",
     "parse_fault": "hil.emulated.faults",
     "validate": "hil.verdict.validation",
 }
@@ -49,10 +52,12 @@ __all__ = [
     "Injection",
     "MissingCapabilityError",
     "NoHandError",
+    "ServedPort",
     "Target",
     "emulate",
     "open_port",
     "parse_fault",
+    "serve",
     "validate",
 ]
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 from firmware_emulator.hand import EmulatedHand
 from hil.emulated.faults.bench import HandBench
-from hil.emulated.faults.catalogue import parse_fault
 from hil.emulated.faults.fault import Injection
 from hil.emulated.hand_source import EmulatedSource
 from hil.targets.hand_errors import MissingCapabilityError
@@ -54,7 +53,7 @@ class EmulatedTarget(Target):
         Raises:
             ValueError: unknown fault, or a fault that this hand refuses.
         """
-        self.bench.inject(parse_fault(fault) if isinstance(fault, str) else fault)
+        self.bench.inject(fault)
 
     def clear(self, fault: Injection | str) -> None:
         """Clear a fault.
@@ -62,7 +61,7 @@ class EmulatedTarget(Target):
         Raises:
             ValueError: the hand does not have the fault, or the fault cannot be undone.
         """
-        self.bench.clear(parse_fault(fault) if isinstance(fault, str) else fault)
+        self.bench.clear(fault)
 
     def act(self, words: str) -> str:
         """Perform an act of `hil.emulated.faults.acts.ACTS`, as in `target.act("exchange_servos ring pinky")`.

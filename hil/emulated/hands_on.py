@@ -1,7 +1,7 @@
 """User acts on a served hand: commands from prompt and page, executed in the serving thread."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from queue import SimpleQueue
 from typing import Literal
 
@@ -52,6 +52,7 @@ class HandsOn:
         *,
         reads: bool = False,
         answer: Callable[[str], None] | None = None,
+        more: Mapping[str, Callable[[str], object]] | None = None,
     ) -> None:
         """Create the queue.
 
@@ -60,8 +61,9 @@ class HandsOn:
             tell: called with a sentence for each executed or refused act.
             reads: True to read lines from standard input; a terminal is read only in the foreground.
             answer: called after each line, with the reason of a refusal or "".
+            more: further commands by their first word, called with the rest of the line.
         """
-        self._workbench, self._tell, self._answer = workbench, tell, answer
+        self._workbench, self._tell, self._answer, self._more = workbench, tell, answer, more or {}
         self._lines: SimpleQueue[str] = SimpleQueue()
         self._codes: list[int] = []
         self._sent_at = self._heard = -math.inf
@@ -82,21 +84,36 @@ class HandsOn:
         self._read()
         while not self._lines.empty():
             if line := self._lines.get().strip():
-                refused = ""
-                try:
-                    self._do(line)
-                except ValueError as error:
-                    refused = str(error)
-                    self._tell(refused, "error")
+                refused = self._refused(line)
                 if self._answer is not None:
                     self._answer(refused)
         for _, text in self._workbench.done[self._told :]:
             self._tell(text, "info")
         self._told = len(self._workbench.done)
 
+    def answered(self, line: str) -> str:
+        """Execute a line at once and return one line: `ok` and a sentence, or `error` and the reason."""
+        if not line.strip():
+            return "error an act is expected, such as inject motor_dead:ring"
+        before = len(self._workbench.done)
+        if refused := self._refused(line):
+            return f"error {refused}"
+        return f"ok {'; '.join(text for _, text in self._workbench.done[before:])}".rstrip()
+
+    def _refused(self, line: str) -> str:
+        """Execute a line; return the reason of a refusal, or ""."""
+        try:
+            self._do(line)
+        except ValueError as error:
+            self._tell(str(error), "error")
+            return str(error)
+        return ""
+
     def _do(self, line: str) -> None:
         words = line.split()
-        if words[0] == "help":
+        if words[0] in self._more:
+            self._more[words[0]](line.partition(" ")[2])
+        elif words[0] == "help":
             self._tell(HELP, "info")
         elif words[0] == COMMAND:
             self._command(line)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import signal
 import sys
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -21,6 +21,7 @@ from hil.cli.options import FAULT_HELP, FIRMWARE_PROGRAM, RECORD, VIEW, HostAndP
 from hil.cli.output_files import LINK, RECORDED, STATE
 from hil.dialogue.printing import echo
 from hil.dialogue.viewing import viewing
+from hil.emulated.control import ControlSocket
 from hil.emulated.emulated_spec import EmulatedSpec, parsed_faults
 from hil.emulated.hand_source import EmulatedSource
 from hil.emulated.hands_on import OFFERED, HandsOn
@@ -43,6 +44,7 @@ _LOG = logging.getLogger(__name__)
 @click.option("--listen", type=HostAndPort(), help="Also serve the board at rfc2217://HOST:PORT, with DTR and RTS.")
 @click.option("--state", type=STATE, help="Keep the board's stored calibration in this file.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
+@click.option("--control", type=LINK, help="Make PATH a socket for acts: one line in, one line out, as at the prompt.")
 @RECORD
 @VIEW
 @click.option("--prompt", is_flag=True, help="Accept acts on standard input even if it is not a terminal.")
@@ -54,6 +56,7 @@ def emulate(
     bus_port: str | None,
     listen: tuple[str, int] | None,
     state: Path | None,
+    control: Path | None,
     faults: tuple[str, ...],
     record: Path | None,
     view: bool,
@@ -64,10 +67,10 @@ def emulate(
     Prints one line `ready PATH` once a client can open PATH. The terminal then accepts acts on the hand:
     `inject motor_dead:ring`, `clear motor_dead:ring`, `exchange_servos ring pinky`; `help` lists all acts.
     """
-    with noted(signal.SIGINT, signal.SIGTERM) as stopped:
+    with noted(signal.SIGINT, signal.SIGTERM) as stopped, ExitStack() as opened:
         with usage_errors():
             spec = replace(spec, port="pty", faults=parsed_faults(faults))
-            for output, path in ((LINK, link), (LINK, bus_link), (STATE, state)):
+            for output, path in ((LINK, link), (LINK, bus_link), (LINK, control), (STATE, state)):
                 if path is not None:
                     output.distinct(path)
             if record is not None:
@@ -84,8 +87,15 @@ def emulate(
         hands_on = HandsOn(served.workbench, tell, reads=prompt or in_terminal())
         server.listeners.append(hands_on.heard)
 
+        controlled: ControlSocket | None = None
+        if control is not None:
+            with usage_errors():
+                controlled = opened.enter_context(closing(ControlSocket(control, hands_on.answered)))
+
         def stop() -> bool:
             hands_on.serve()
+            if controlled is not None:
+                controlled.serve()
             return bool(stopped)
 
         delays = DelayLog()

@@ -59,11 +59,11 @@ class HandBench(ABC):
     def state(self) -> BenchState:
         """Return the present state."""
 
-    def inject(self, fault: Injection) -> None:
+    def inject(self, fault: Injection | str) -> None:
         """Inject a fault; raise ValueError if the hand refuses."""
         self.act(f"inject {fault}")
 
-    def clear(self, fault: Injection) -> None:
+    def clear(self, fault: Injection | str) -> None:
         """Clear a fault; raise ValueError if the hand does not have it or it cannot be undone."""
         self.act(f"clear {fault}")
 
@@ -98,13 +98,13 @@ class BenchHere(HandBench):
         """Return the present state."""
         return BenchState.of(self.workbench)
 
-    def inject(self, fault: Injection) -> None:
+    def inject(self, fault: Injection | str) -> None:
         """Inject a fault."""
-        self.workbench.inject(fault)
+        self.workbench.inject(parse_fault(fault) if isinstance(fault, str) else fault)
 
-    def clear(self, fault: Injection) -> None:
+    def clear(self, fault: Injection | str) -> None:
         """Clear a fault."""
-        self.workbench.clear(fault)
+        self.workbench.clear(parse_fault(fault) if isinstance(fault, str) else fault)
 
     def present(self) -> tuple[Injection, ...]:
         """Return the present faults."""
