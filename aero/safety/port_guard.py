@@ -148,6 +148,7 @@ class PortGuard:
         """
         if self._port is None:
             self.open()
+        self._lookout.pause()
         while not stop():
             try:
                 self._turn()
@@ -294,8 +295,8 @@ class PortGuard:
         """Return whether the board homes for the client, and is silent; restart the polls at its end."""
         if math.isinf(self._homes_by):
             return False
+        self._heard = self._present = self._clock.now()  # the first readings afterwards are from before the homing
         if self._alive().awaits(Opcode.HOMING) and self._clock.now() < self._homes_by:
-            self._heard = self._clock.now()
             return True
         self._homes_by = -math.inf
         self._lookout.pause()

@@ -3,6 +3,7 @@
 import math
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from aero.actuation import CommandWindow
 from aero.firmware import firmware_of
 from aero.protocol import MAX_CODE, make_positions
 from aero.safety import Thresholds
-from aero.safety.port_guard import GuardedKind, PortGuard
+from aero.safety.port_guard import GuardedKind, PortGuard, PortState
 from firmware_emulator.links.in_process import InProcessLink
 from hil.emulated.emulated_hand import build_emulated
 from hil.emulated.emulated_spec import EmulatedSpec
@@ -67,6 +68,16 @@ class ScriptedLine:
             raise ConnectionError("unplugged")
 
 
+class Found(NamedTuple):
+    """Hand behind a guard that still runs."""
+
+    state: PortState
+    bend_deg: float
+    """Largest joint angle, by the mechanics."""
+    torque: int
+    """Largest torque limit of a servo, register units."""
+
+
 @dataclass
 class Guarded:
     line: ScriptedLine
@@ -77,12 +88,20 @@ class Guarded:
     said: list = field(default_factory=list)
 
     def run(self, seconds):
-        """Run the guard for a time; the port stays."""
-        until = self.line.clock.now() + seconds
-        return self.guard.run(lambda: self.line.clock.now() >= until)
+        """Run the guard for a time, and return state and bend before its own end, which would open the hand."""
+        until, found = self.line.clock.now() + seconds, []
 
-    def torque_limits(self):
-        return [servo.memory.get("goal_torque") for servo in self.electronics.servos]
+        def over():
+            if self.line.clock.now() < until:
+                return False
+            self.electronics.advance_plant()
+            angles = np.rad2deg(self.workbench.mechanics.joint_angles())
+            limits = {servo.memory.get("goal_torque") for servo in self.electronics.servos}
+            found.append(Found(self.guard.state, float(np.abs(angles).max()), max(limits)))
+            return True
+
+        self.guard.run(over)
+        return found[0]
 
 
 @contextmanager

@@ -7,6 +7,7 @@ import json
 import sys
 import time
 
+from aero_open_sdk import aero_hand
 from aero_open_sdk.aero_hand import AeroHand
 
 OPEN = [0.0] * 7
@@ -70,6 +71,34 @@ def sequence(hand):
     hand.run_trajectory(SEQUENCE)
     time.sleep(0.5)
     return readings(hand)
+
+
+class _Captured:
+    """Serial port that stores what is written."""
+
+    def __init__(self, frames):
+        self.frames = frames
+
+    def write(self, data):
+        self.frames.append(bytes(data))
+
+    def flush(self):
+        pass
+
+    reset_input_buffer = reset_output_buffer = flush
+
+
+def sdk_frames():
+    """Return the position frames of `SEQUENCE`, in order, a hundredth of a second apart."""
+    frames = []
+    before, aero_hand.Serial = aero_hand.Serial, lambda *_settings, **_more: _Captured(frames)
+    try:
+        hand = AeroHand("captured")
+    finally:
+        aero_hand.Serial = before
+    for pose in hand.create_trajectory(SEQUENCE):
+        hand.set_joint_positions(pose)
+    return frames
 
 
 if __name__ == "__main__":
