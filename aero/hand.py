@@ -7,7 +7,6 @@ from aero.actuation import CommandWindow
 from aero.clock import WallClock
 from aero.driver import AeroHand
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
-from aero.former_names import renamed
 from aero.safety import GuardedHand, Standby, Thresholds, unwinding
 from aero.serial_transport import SerialTransport
 
@@ -15,7 +14,6 @@ Hand = AeroHand | GuardedHand
 """Hand moved by an experiment. `AeroHand` documents each call; `GuardedHand` documents only its differences."""
 
 
-@renamed(hand="side")
 @contextmanager
 def open_hand(
     port_or_url: str,

@@ -85,7 +85,7 @@ class EmulatedHand:
             warnings.warn("EmulatedHand(hand=...) is now EmulatedHand(side=...)", DeprecationWarning, stacklevel=2)
             side = hand
         if side not in HANDS:
-            raise ValueError(f"hand must be one of {', '.join(HANDS)}, got {side!r}")
+            raise ValueError(f"side must be one of {', '.join(HANDS)}, got {side!r}")
         if start not in get_args(Start):
             raise ValueError(f"start must be one of {', '.join(get_args(Start))}, got {start!r}")
         zeros = ideal_zeros(side) if encoder_zeros is None else tuple(encoder_zeros)

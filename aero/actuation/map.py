@@ -21,7 +21,6 @@ from aero.actuation.arrays import Array, as_codes, as_finite, as_floats, namespa
 from aero.actuation.coefficients import Coefficients, load_coefficients
 from aero.actuation.window import UNSHIFTED, CommandWindow
 from aero.channels import JOINT_BOX_RAD, Channel, Joint
-from aero.former_names import renamed
 from aero.protocol import MAX_CODE
 
 _CHANNELS = len(Channel)
@@ -63,7 +62,6 @@ class ActuationMap:
     window: CommandWindow = UNSHIFTED
 
     @classmethod
-    @renamed(hand="side")
     def for_firmware(
         cls,
         version: str,

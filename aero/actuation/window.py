@@ -15,7 +15,6 @@ Source: aero-open-firmware d7bd82e (baselines), aero-hand-open 6a3022d (0.2.0), 
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +23,6 @@ from numpy.typing import ArrayLike, NDArray
 from aero.actuation.arrays import whole_numbers
 from aero.channels import Channel
 from aero.firmware import firmware_of
-from aero.former_names import renamed
 from aero.protocol import MAX_CODE
 
 COUNTS_PER_TURN = 4096
@@ -66,7 +64,7 @@ class CommandWindow:
 
     def __post_init__(self) -> None:
         if self.side not in _BASELINE:
-            raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {self.side!r}")
+            raise ValueError(f"side must be one of {sorted(_BASELINE)}, got {self.side!r}")
         for field in ("extend_counts", "grasp_counts"):
             counts = whole_numbers(getattr(self, field), len(Channel), 0, COUNTS_PER_TURN - 1, field)
             if counts.ndim != 1:
@@ -76,7 +74,6 @@ class CommandWindow:
             raise ValueError(f"no window of a {self.side} hand: {self.extend_counts} to {self.grasp_counts}")
 
     @classmethod
-    @renamed(hand="side")
     def for_firmware(cls, version: str, calibration: str | None = None, side: str = "right") -> CommandWindow:
         """Return the window of a firmware version in one of its calibration states.
 
@@ -93,19 +90,13 @@ class CommandWindow:
         if state not in possible:
             raise ValueError(f"firmware {version} cannot be {state!r}; it can be {' or '.join(possible)}")
         if side not in _BASELINE:
-            raise ValueError(f"hand must be one of {sorted(_BASELINE)}, got {side!r}")
+            raise ValueError(f"side must be one of {sorted(_BASELINE)}, got {side!r}")
         extend, grasp = (np.array(counts) for counts in _BASELINE[side])
         closing = np.sign(grasp - extend)
         for channel, shift in SHIFT_CLOSING.items():
             extend[channel] += closing[channel] * shift * (state in ("homed", "mixed"))
             grasp[channel] += closing[channel] * shift * (state == "homed")
         return cls(state, side, tuple(extend.tolist()), tuple(grasp.tolist()))
-
-    @property
-    def hand(self) -> str:
-        """Former name of `side`."""
-        warnings.warn("CommandWindow.hand is now CommandWindow.side", DeprecationWarning, stacklevel=2)
-        return self.side
 
     def shifts_rad(self) -> NDArray[np.float64]:
         """Return the shift of both ends from the baseline, (7, 2) float, rad, positive in the closing direction."""

@@ -17,9 +17,6 @@ from hil.cli.logs import log_nowhere, with_log
 from hil.cli.missing import is_ours, other_package
 from hil.dialogue.printing import echo, survive_closed_streams
 
-MOVED = {name: f"it is `python -m train.{name}` now" for name in ("limits", "shipped")}
-"""Former commands, now modules for maintainers."""
-
 
 class LazyGroup(click.Group):
     """Click group that imports a command's module on demand."""
@@ -34,7 +31,7 @@ class LazyGroup(click.Group):
         """Find a command by name; for an unknown name, suggest the nearest."""
         name = args[0]
         if find_command(name) is None:
-            asked = f"There is no command `{name}`; {MOVED.get(name) or meant(name, commands())}"
+            asked = f"There is no command `{name}`; {meant(name, commands())}"
             ctx.fail("\n".join((asked.rstrip("; "), *brought().losses)))
         ctx.meta["help"] = not {"-h", "--help"}.isdisjoint(args)
         return super().resolve_command(ctx, args)

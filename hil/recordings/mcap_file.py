@@ -41,8 +41,6 @@ METADATA = "aero-hil"
 FOREIGN = "protobuf"
 """Encoding of messages for other programs only, see `hil.report.foxglove`."""
 FORMAT = "1"
-FORMER_FIELDS = {"limits"}
-"""Obsolete header fields of earlier versions, ignored."""
 DIGEST = "sha256"
 """Metadata key of the header's digest; missing in recordings of version 0.1.0."""
 SERIES_PREFIX = "aero.series."
@@ -360,8 +358,7 @@ def _header(record: Metadata, path: Path) -> Header:
     content = json.loads(record.metadata["header"])
     if record.metadata.get(DIGEST, digest(content)) != digest(content):
         raise UnusableFileError(f"{path} is damaged: its header does not fit its SHA-256")
-    known = {name: value for name, value in content.items() if name not in FORMER_FIELDS}
-    header = filled(Header, known, "its header")
+    header = filled(Header, content, "its header")
     if abs(epoch_ns(header)) >= FARTHEST_NS:
         raise ValueError(f"its header.started is {header.started}")
     try:

@@ -105,7 +105,6 @@ def diagnosis_json(validation: Validation) -> dict[str, object]:
             {"part": suspect.part.name.lower(), "channel": _label(suspect.channel)} for suspect in found.suspects
         ],
         "clues": list(found.clues),
-        "observations": list(found.observations),
         "evidence": [finding.sentence for finding in found.evidence],
         "unexplained": [finding.sentence for finding in found.unexplained],
         "step": None if found.step is None else dataclasses.asdict(found.step),

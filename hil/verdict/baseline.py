@@ -18,8 +18,7 @@ from hil.verdict.findings import Finding
 LARGEST_BYTES = 16 * 2**20
 """Size limit of a run's figures, bytes; a run has some ten thousand figures."""
 FIELDS = {"hand", "passed", "not_run", "counts", "measured", "findings", "diagnosis", "withheld"}
-FORMER_FIELDS = {"sight", "explanations", "sha256"}
-"""Current fields of `checks.json`, and those of earlier versions."""
+"""Fields of `checks.json`."""
 
 
 SAME = ("hand", "firmware", "unit", "hand_id")
@@ -103,7 +102,7 @@ def load(baseline: Path) -> Baseline:
     """
     try:
         checks = _checks(baseline)
-        if unknown := sorted(checks.keys() - FIELDS - FORMER_FIELDS):
+        if unknown := sorted(checks.keys() - FIELDS):
             raise ValueError(f"unknown {', '.join(unknown)}")
         measured = {
             experiment: {

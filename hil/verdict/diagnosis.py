@@ -37,8 +37,6 @@ class Diagnosis:
     """Case opened by the run, or None if no failure points to a part."""
     step: NextStep | None = None
     """Next step of the case, or another action; None if nothing failed."""
-    observations: tuple[str, ...] = ()
-    """Further observations on the curves of suspected channels, without causes; sentences without a full stop."""
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -52,7 +50,7 @@ class Diagnosis:
 
     @property
     def sentence(self) -> str:
-        """Sentence with the observations and suspects, for the user."""
+        """Sentence with the clues and suspects, for the user."""
         if not self.clues:
             return ""
         seen = "; ".join(self.clues)

@@ -15,7 +15,7 @@ from hil.checks.shared.declaration import EvidenceKind, Metric
 from hil.checks.shared.experiment import Experiment, Measuring, reading
 from hil.checks.shared.lateness import LATE_S, OFTEN, THROUGHOUT, VERY_LATE_S, held_up, longest, part_late
 from hil.checks.shared.signals import find_steps, own_stretch
-from hil.checks.shared.subjects import CHANNELS, subject_words
+from hil.checks.shared.subjects import CHANNELS
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Header, Recording
 from hil.targets.boot_text import identify
@@ -29,7 +29,6 @@ from hil.verdict.group import AmbiguityGroup
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
 from hil.verdict.motion import still_channels, without_motion
-from hil.verdict.observations import observations
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
@@ -256,19 +255,10 @@ def _told(run: Validation, case: DiagnosisCase, found: Isolation, folder: Path |
     def speaks(finding: Finding) -> bool:
         return (finding.experiment, finding.check, finding.subject) in explained or finding == run.end.finding
 
-    still = {one.subject for one in run.withheld if one.why is NotJudgedReason.NO_MOTION}
     off = failed(run.findings)
-    ran = sorted(run.results.items(), key=lambda one: one[1].recording.header.started)
-    recordings = {name: result.recording for name, result in ran}
     return replace(
         bare,
         clues=tuple(clue.seen for clue in found.clues),
-        observations=tuple(
-            f"{(words := subject_words(channel.label))[0].upper()}{words[1:]}: {seen}"
-            for channel in bare.channels
-            if channel.label not in still
-            for seen in observations(recordings, channel)
-        ),
         evidence=tuple(finding for finding in off if speaks(finding)),
         unexplained=tuple(finding for finding in off if not speaks(finding)),
         case=case,

@@ -41,7 +41,6 @@ def broken(validated):
     diagnosis = Diagnosis(
         (Suspect(Part.DIGIT, Channel.RING),), ("the ring is off",),
         (spoken,), (other,), step=NextStep("Pull at the cable.", "aero-hil validate"),
-        observations=("Ring: it draws 3.0 times the other fingers' current",),
     )  # fmt: skip
     return replace(run, diagnosis=diagnosis)
 
