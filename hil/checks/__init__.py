@@ -17,6 +17,9 @@ from aero_hil_toml import filled, parsed
 from hil.checks.shared.declaration import Metric, parse_metric
 from hil.checks.shared.experiment import Experiment, Measured, Measuring, complete
 
+OPTIONAL = {"details": "details", "RESOLUTION": "resolution"}
+"""Optional names in `check.py`, and the fields that they fill."""
+
 
 def _read(folder: Traversable) -> Iterator[Measuring]:
     table = parsed((folder / "checks.toml").read_text(encoding="utf-8"), f"{folder.name}/checks.toml")
@@ -38,8 +41,7 @@ def _metrics(name: str, rows: list[dict[str, Any]]) -> list[Metric]:
 def _measuring(name: str, file: str, metrics: list[Metric], table: Mapping[str, Any]) -> Measuring:
     module = import_module(f"{__name__}.{file}")
     found = {"name": name, "metrics": metrics, "measure": module.measure, **table}
-    if hasattr(module, "details"):
-        found["details"] = module.details
+    found |= {key: getattr(module, name) for name, key in OPTIONAL.items() if hasattr(module, name)}
     if not hasattr(module, "run"):
         return filled(Measuring, found, f"check {name}")
     found |= {"run": module.run, "furthest": module.FURTHEST, "measure": complete(module.measure)}

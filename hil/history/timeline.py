@@ -107,10 +107,10 @@ def trends_of(tracks: Sequence[Track], runs: Sequence[HandRun]) -> Trends:
     """
     dates = (runs[0].started, runs[-1].started)
     tracks = [track for track in tracks if track.metric.trend and track.limit is not None]
-    columns = {track.metric.trend: track.metric.words for track in tracks}
-    best: dict[tuple[str, int], Track] = {}
+    columns = {(track.metric.trend, track.metric.name): track.metric.words for track in tracks}
+    best: dict[tuple[str, tuple[int, str]], Track] = {}
     for track in sorted(tracks, key=lambda track: len(track.values)):
-        best[track.subject, track.metric.trend] = track
+        best[track.subject, (track.metric.trend, track.metric.name)] = track
     places = sorted(columns)
     rows = []
     for subject in dict.fromkeys(track.subject for track in tracks):

@@ -20,8 +20,6 @@ MARK = "\u2020"
 MARKED = (
     f"{MARK} Another quantity: the thumb is swept alone through its whole window here, and goes to a fist in the paper."
 )
-SPANS = ("excursion_model", "excursion_hand")
-"""Metrics taken in a sweep here, but in a fist in the paper."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +120,7 @@ def _text_row(figure: Published, metric: Metric, experiment: str, validation: Va
 def _cell(metric: Metric, subject: str, ours: float | None, finding: Finding | None) -> Cell:
     assert metric.column is not None
     paper, digits = metric.paper.get(subject), metric.column.digits
-    mark = MARK if metric.name in SPANS and subject not in FINGERS else ""
+    mark = MARK if metric.column.swept and subject not in FINGERS else ""
     return Cell(
         metric.column.title,
         _number(ours, digits),

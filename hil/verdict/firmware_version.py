@@ -7,29 +7,17 @@ named version and all within limits for another is a healthy hand with the other
 from collections.abc import Mapping, Sequence
 
 from aero.firmware import VERSION_GROUPS, Firmware, firmware_of
-from hil.checks import Measured
+from hil.checks import JUDGED, Measured
+from hil.checks.shared.declaration import VersionRole
+from hil.verdict.failures import EVIDENCE
 from hil.verdict.limits import Key, Limit, excesses, load_limits, out_of_limits, within_limits
 from hil.verdict.parts import listed
 
-OF_THE_MAP = {
-    ("staircase", "excursion_hand"),
-    ("staircase", "tracking_rms"),
-    ("staircase", "matched_steps"),
-    ("staircase", "spring"),
-}
-"""Readings that depend on the named version's map and so cannot identify another version."""
-OF_THE_TORQUE = {("excursion", "stop_current")}
-"""Readings that depend on the torque limit, which a validation sets to the declared version's default."""
-OF_THE_TEXT = {"session", "presence"}
-"""Experiments independent of the version except for limits and boot text, which have their own findings."""
-TELLING = {("coupling", "stop_without_abduction"), ("excursion", "closed_percent"), ("response", "telemetry_period")}
-"""Readings that differ more between versions than between healthy hands.
-
-The palm stops CMC flexion at 54 to 61 % of the windows of 0.2.0, at 47 to 50 % of earlier ones. The telemetry period is
-20 ms for `pre`, 10 ms for the others.
-"""
 LEAST = 2
-"""Number of readings that must be out of the named version's limits; a single one could be any fault's."""
+"""Number of readings that must be out of the named version's limits; a single one could be any fault's.
+
+Readings of one kind on one subject in one experiment count once.
+"""
 
 
 def limits_of_others(named: str, *, guarded: bool) -> dict[str, tuple[Limit, ...]]:
@@ -63,14 +51,19 @@ def _reads_as(
 ) -> bool:
     one, other = firmware_of(named), firmware_of(version)
     beyond = [key for key, excess in off.items() if out_of_limits(excess) and _compares(key, one, other)]
-    if len(beyond) < LEAST or not any((experiment, metric) in TELLING for experiment, metric, _ in beyond):
+    pieces = {(experiment, EVIDENCE[experiment, metric], subject) for experiment, metric, subject in beyond}
+    if len(pieces) < LEAST or not any(_role(key) is VersionRole.TELLS for key in beyond):
         return False
     by_other = excesses(numbers, limits)
     return all(within_limits(excess) for key, excess in by_other.items() if _compares(key, one, other))
 
 
 def _compares(key: Key, one: Firmware, other: Firmware) -> bool:
-    experiment, metric, _ = key
-    if experiment in OF_THE_TEXT or (experiment, metric) in OF_THE_MAP:
+    if JUDGED[key[0]].of_any_version or _role(key) is VersionRole.MAP:
         return False
-    return one.settings == other.settings or (experiment, metric) not in OF_THE_TORQUE
+    return one.settings == other.settings or _role(key) is not VersionRole.TORQUE
+
+
+def _role(key: Key) -> VersionRole | None:
+    experiment, metric, subject = key
+    return JUDGED[experiment].metric(metric, subject).version

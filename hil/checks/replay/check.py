@@ -30,6 +30,7 @@ FURTHEST = (1.0,) * 7
 LONGEST_DELAY_S = 0.2
 DELAY_STEP_S = 0.005
 """Step of the delay search, s."""
+RESOLUTION = {"replay_delay": lambda _version, _subjects: MILLI * DELAY_STEP_S}
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:

@@ -23,6 +23,9 @@ have similar readings, so they share one limit, computed by `python -m train.lim
 | `optional` | true for a number that may be missing because it has no meaning |
 | `samples_in_time` | true for a number that may be missing because too few samples were in time |
 | `worst_at` | metric with the time of the worst sample |
+| `version` | `VersionRole` in the identification of a board's firmware; default: compared like any other |
+
+The step between two readings follows from the unit; `RESOLUTION` in `check.py` gives it for other metrics.
 
 "The logs": one physical right hand with firmware 0.2.0, public logs of June-July 2026 (TTdragoAlex/
 tetherIA-aero-hand-open 58b518e). "The paper": its hand, with firmware `pre`; its table "Sim-to-real validation of the
@@ -96,6 +99,17 @@ class MotionRole(Enum):
     """Comparison with the other channels, valid if all of them move."""
 
 
+class VersionRole(Enum):
+    """Use of a metric in the identification of the firmware on a board by limits of healthy hands."""
+
+    TELLS = "tells"
+    """Differs more between versions than between healthy hands."""
+    MAP = "map"
+    """Depends on the map of the named version, so it cannot identify another."""
+    TORQUE = "torque"
+    """Depends on the torque limit, which a validation sets to the default of the named version."""
+
+
 @dataclass(frozen=True)
 class Bound:
     """Bound on one metric for subjects with similar readings, and the input of its computed limits."""
@@ -141,6 +155,8 @@ class Column:
     title: str
     digits: int
     count: bool = False
+    swept: bool = False
+    """Whether the thumb is swept alone here, and goes to a fist in the paper."""
 
 
 @dataclass(frozen=True)
@@ -193,6 +209,8 @@ class Metric:
     """Whether the number may be missing where it has no meaning, such as without a load."""
     samples_in_time: bool = False
     """Whether the number may be missing if too few samples were in time."""
+    version: VersionRole | None = None
+    """Use in the identification of the firmware, or None for a reading like any other."""
 
     def text(self, value: float | None) -> str:
         """Return a value as text with its unit; None means withheld."""

@@ -1,7 +1,7 @@
 """Common parts of the experiments: description, sampling, names of results."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from aero.channels import Channel
 from aero.floats import Floats
 from aero.protocol import MAX_CODE
 from hil.checks.shared.declaration import Metric
+from hil.checks.shared.signals import MILLI
 from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import DELAYS, Header, Recording
@@ -55,6 +56,10 @@ class Details:
     rows: tuple[tuple[str, ...], ...]
 
 
+Step = Callable[[str, tuple[str, ...]], float]
+"""Smallest step between two readings by firmware version and subjects; 0 for interpolated readings."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Measuring:
     """Measurement on a recording, with judged metrics."""
@@ -70,6 +75,10 @@ class Measuring:
     seconds: str = ""
     """Stretch affected by scheduling delays: `all` for the whole recording, otherwise the channel's own motion."""
     details: Callable[[Recording], Details] | None = None
+    resolution: Mapping[str, Step] = field(default_factory=dict)
+    """Smallest step between two readings of a metric, in its unit, where the unit does not determine it."""
+    of_any_version: bool = False
+    """Whether no reading differs between firmware versions except by findings of its own, such as boot text."""
 
     @property
     def columns(self) -> tuple[Metric, ...]:
@@ -232,6 +241,13 @@ def one_closed(channel: Channel, fraction: float) -> NDArray[np.uint16]:
 def map_of(header: Header) -> ActuationMap:
     """Return the actuation map of a recording."""
     return ActuationMap.for_firmware(header.firmware, header.window, side=header.hand)
+
+
+def window_mm(codec: ActuationMap) -> Floats:
+    """Return the travel of each channel over its window, (7,), mm or mrad."""
+    ends = codec.travel_from_angles(codec.angles_from_codes(np.outer([0, MAX_CODE], np.ones(len(Channel), int))))
+    travel: Floats = MILLI * np.abs(np.diff(ends, axis=0))[0]
+    return travel
 
 
 def last_before(times: Floats, values: Floats, t: float) -> Floats:

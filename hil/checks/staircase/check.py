@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.floats import Floats
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import Measured, map_of
+from hil.checks.shared.experiment import Measured, Step, map_of, window_mm
 from hil.checks.shared.side_by_side import MODEL_STEP_S, follow
 from hil.checks.staircase.cable_loads import loads
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
@@ -26,7 +27,7 @@ from hil.recordings.series_layout import LABELS
 from hil.targets.target import Target
 from model.routed import RoutedHand
 
-__all__ = ["FURTHEST", "Staircase", "details", "measure", "run", "run_staircase", "stream"]
+__all__ = ["FURTHEST", "RESOLUTION", "Staircase", "details", "measure", "run", "run_staircase", "stream"]
 
 
 FULL: Mapping[Channel, float] = dict.fromkeys(Channel, 1.0)
@@ -83,6 +84,16 @@ class Staircase:
         levels = np.tile([*up, *up[-2::-1], 0.0], (len(Channel), 1))
         parts = stream(levels, self.hold_s, self.lead_s, self.sample_period_s)
         return open_lengths + parts * (closed_lengths - open_lengths)
+
+
+def level_mm(firmware: str, subjects: tuple[str, ...]) -> float:
+    """Return the travel of one level, mm, the largest of the channels."""
+    travel = window_mm(ActuationMap.for_firmware(firmware)) / Staircase().levels
+    return float(max(travel[Channel[subject.upper()]] for subject in subjects))
+
+
+RESOLUTION: Mapping[str, Step] = {"rise_hand_ms": lambda _version, _subjects: 0.0, "take_up": level_mm}
+"""The rise is interpolated between samples, the take-up is the last slack level."""
 
 
 def run_staircase(

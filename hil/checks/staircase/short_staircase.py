@@ -11,7 +11,7 @@ from aero.channels import Channel
 from hil.checks.shared.experiment import LOOSE_GRASP, Measured
 from hil.checks.shared.side_by_side import follow
 from hil.checks.shared.signals import MILLI, find_steps, rms
-from hil.checks.staircase.check import SAMPLE_PERIOD_S, stream
+from hil.checks.staircase.check import RESOLUTION, SAMPLE_PERIOD_S, stream
 from hil.checks.staircase.reachable_range import calibrated_range, reachable
 from hil.checks.staircase.rise_time import median_rise, respond
 from hil.checks.staircase.tracking import residuals
@@ -20,6 +20,8 @@ from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
 from model.routed import RoutedHand
+
+__all__ = ["FURTHEST", "RESOLUTION", "measure", "run"]
 
 STEP = 0.05
 """Step height, fraction of the range; equal to one of the paper's twenty levels."""
