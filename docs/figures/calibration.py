@@ -28,9 +28,9 @@ from train.identification.uncertainty import COVERAGE_SIGMA, FILE, Intervals
 from train.identification.unit_parameters import PHASES_S, numbers
 
 TWINS = ("plausible:99200", "plausible:99201")
-MEASURED = "plausible:95000"
+MEASURED, MEASURED_SCALE = "plausible:95000", 0.8
 """Hand of the interval factors."""
-FITTED_SCALE, NEW_SCALE = 0.8, 0.7
+TWIN_SCALE, NEW_SCALE = 0.5, 0.7
 COVERED = 0.95
 """Share of the numbers of a kind that their intervals hold."""
 ENOUGH = 19
@@ -59,7 +59,7 @@ def twins() -> Rows:
 
 
 def _twin(hand: str) -> list[str]:
-    fitted_to, new = recorded(hand, "all", FITTED_SCALE, 1), recorded(hand, "all", NEW_SCALE, 2)
+    fitted_to, new = recorded(hand, "all", TWIN_SCALE, 1), recorded(hand, "all", NEW_SCALE, 2)
     began = time.process_time()
     found = calibrate([fitted_to], unit_named("reference"))
     core_s = time.process_time() - began
@@ -71,21 +71,21 @@ def _twin(hand: str) -> list[str]:
 
 def first_recording() -> Rows:
     """Part of `twins` without a fit."""
-    trace = recorded(TWINS[0], "all", FITTED_SCALE, 1)
+    trace = recorded(TWINS[0], "all", TWIN_SCALE, 1)
     errors = [best_rms(trace, unit_named(name)) for name in (TWINS[0], "reference")]
     return [["hand", "fitted to, truth", "fitted to, `reference`"], [TWINS[0], *errors]]
 
 
 def measured_recording() -> Rows:
     """Recording behind the interval factors, and the errors of two units on it."""
-    trace = recorded(MEASURED, "steps", FITTED_SCALE, 95_000)
+    trace = recorded(MEASURED, "steps", MEASURED_SCALE, 95_000)
     errors = [best_rms(trace, unit_named(name)) for name in (MEASURED, "reference")]
     return [["hand", "readings", "truth, counts rms", "`reference`"], [MEASURED, str(len(trace.counts)), *errors]]
 
 
 def interval_factors() -> str:
     """Return the factors by which intervals are wider than their standard deviations, as TOML."""
-    trace = recorded(MEASURED, "steps", FITTED_SCALE, 95_000)
+    trace = recorded(MEASURED, "steps", MEASURED_SCALE, 95_000)
     found = calibrate([trace], unit_named("reference"), factors={"servos": 1.0, "hand": 1.0})
     off = deviations(numbers(found.unit), numbers(unit_named(MEASURED)), found.intervals)
     least = conformal_factor([value for values in off.values() for value in values])

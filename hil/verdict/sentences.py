@@ -28,8 +28,9 @@ def channel_sentences(run: Validation) -> tuple[str, ...]:
     groups: dict[object, list[str]] = {}
     for subject in order:
         # Readings above and below their limits are two sentences, for one value stands for all subjects.
-        checks = {(finding.check, (finding.excess or 0.0) > 0) for finding in of[subject]}
-        groups.setdefault(checks.pop() if len(checks) == 1 else (subject,), []).append(subject)
+        kinds = {(_kind(finding), (finding.excess or 0.0) > 0) for finding in of[subject]}
+        alike = (strongest[subject][0].check, *kinds) if len(kinds) == 1 else (subject,)
+        groups.setdefault(alike, []).append(subject)
     return tuple(_sentence(alike, strongest[alike[0]], still=alike[0] in still) for alike in groups.values())
 
 
