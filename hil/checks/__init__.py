@@ -68,6 +68,13 @@ JUDGED: dict[str, Measuring] = {**EXPERIMENTS, **{found.name: found for found in
 BOUNDS = tuple(bound for found in JUDGED.values() for metric in found.metrics for bound in metric.bounds)
 """All bounds, in the order of the limits."""
 
+
+def metric_of(experiment: str, name: str, subject: str) -> Metric | None:
+    """Return a metric of a check on a subject, or None, also for what is no check."""
+    metrics = JUDGED[experiment].metrics if experiment in JUDGED else ()
+    return next((one for one in metrics if one.name == name and subject in one.subjects), None)
+
+
 __all__ = [
     "ALIKE",
     "BOUNDS",
@@ -79,4 +86,5 @@ __all__ = [
     "Experiment",
     "Measured",
     "Measuring",
+    "metric_of",
 ]

@@ -13,12 +13,8 @@ from hil.cli.exits import Ended, usage_errors
 from hil.cli.output_files import PAGE
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal import console as new_console
-<<<<<<< HEAD
 from hil.dialogue.terminal import print_columns
 from hil.history.drift import drifts_of, tracks_of
-=======
-from hil.history.drift import Track, drifts_of, tracks_of
->>>>>>> 03ce592f (checks: say in a metric's table how versions, history and limits use it)
 from hil.history.runs import names_in, of_hand, runs_in
 from hil.history.timeline import Trends, no_drift, render_history, trends_of
 
@@ -59,20 +55,8 @@ def history(*, hand: str, folders: tuple[Path, ...], out: Path) -> None:
     echo(f"{count} in {days} days, {len(drifts)} drifting towards a limit; {out}")
 
 
-<<<<<<< HEAD
 def _print_trends(trends: Trends) -> None:
     """Print the last reading of each channel's trends."""
     rows = {row.subject: [cell.last if cell else "" for cell in row.cells] for row in trends.rows}
     if rows:
         print_columns(new_console(), "last readings", trends.titles, rows)
-=======
-def _table(tracks: Sequence[Track]) -> Table:
-    """Return the first and last reading of the regression's metrics, by subject."""
-    table = Table("channel", "reading", "first", "last", "limits", box=SIMPLE_HEAD)
-    for track in tracks:
-        if track.metric.in_history:
-            first, last = (track.metric.text(value) for value in (track.values[0], track.values[-1]))
-            bounds = track.limit.text(track.metric.unit) if track.limit else ""
-            table.add_row(track.subject.replace("_", " "), track.metric.words, first, last, bounds)
-    return table
->>>>>>> 03ce592f (checks: say in a metric's table how versions, history and limits use it)

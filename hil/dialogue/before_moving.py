@@ -6,6 +6,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from aero.channels import FINGERS, THUMB, Channel
+from aero.printable import capital
 from aero.safety import Thresholds
 from hil.dialogue.asker import Motion
 from hil.targets.target import Target
@@ -78,7 +79,7 @@ def _moves(furthest: Sequence[float]) -> str:
     far = max(parts.values())
     how = "close fully" if far >= FULLY else f"close by up to {100 * far:.0f} %"
     names = " and ".join(parts)
-    return f"{names[0].upper()}{names[1:]} will {how}"
+    return f"{capital(names)} will {how}"
 
 
 def _rounded(seconds: float) -> int:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aero.channels import FINGERS, Channel
+from aero.printable import capital
 from aero.safety import SafetyReason, SafetyStopError
 from hil.checks import EXPERIMENTS, JUDGED
-from hil.checks.shared.declaration import Metric
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.signals import find_steps, own_stretch
 from hil.checks.shared.subjects import CHANNELS, subject_words
@@ -63,18 +63,13 @@ class FirstPlot:
     plot: Plot
 
 
-def excess(finding: Finding) -> float:
-    """Return the magnitude of a finding's excess; 0 if unknown."""
-    return 0.0 if finding.excess is None else abs(finding.excess)
-
-
 def evidence(experiment: str, finding: Finding, result: Result) -> Evidence | None:
     """Return the evidence of a finding of an experiment, or None if the recording has no samples."""
     recording, measuring = result.recording, JUDGED[experiment]
     end = duration_s(recording)
     if not end:
         return None
-    metric = _metric(finding)
+    metric = finding.metric
     start, end = _seconds(recording, finding.subject, measuring.seconds or (metric.seconds if metric else ""), end)
     worst = reading(result.measured, finding.subject, metric.worst_at) if metric else None
     return Evidence(recording.header.experiment, start, end, None if worst is None or math.isnan(worst) else worst)
@@ -122,20 +117,20 @@ def _failed_beside_healthy(validation: Validation, seen: Mapping[Finding, Eviden
 
     best = max(map(rank, seen))
     found = [finding for finding in seen if rank(finding) == best]
-    clear = min(CLEARLY, max(map(excess, found)))
+    clear = min(CLEARLY, max(one.strength for one in found))
 
     def hard_to_see(finding: Finding) -> tuple[bool, bool, float, float]:
         # A short range in which the channel alone closes fully shows a finding best.
-        experiment, where, metric = EXPERIMENTS.get(finding.experiment), seen[finding], _metric(finding)
+        experiment, where, metric = EXPERIMENTS.get(finding.experiment), seen[finding], finding.metric
         closes = experiment is not None and experiment.furthest[suspect] >= FULLY
         together = metric is not None and bool(metric.seconds)
-        return not closes, together, where.end - where.start, -excess(finding)
+        return not closes, together, where.end - where.start, -finding.strength
 
-    finding = min((one for one in found if excess(one) >= clear), key=hard_to_see)
+    finding = min((one for one in found if one.strength >= clear), key=hard_to_see)
     bad = Channel(CHANNELS.index(finding.subject)) if finding.subject in CHANNELS else suspect
     channels = (bad, healthy := _companion(validation, bad))
     result = validation.judged[finding.experiment]
-    metric = _metric(finding)
+    metric = finding.metric
     unit = metric.unit if metric else ""
     columns = []
     for channel in channels:
@@ -181,7 +176,7 @@ def _agreement(recording: Recording) -> FirstPlot:
 
 def _title(channels: Sequence[Channel], rest: str) -> str:
     bad, healthy = (subject_words(channel.label) for channel in channels)
-    return f"{bad[0].upper()}{bad[1:]} beside the {healthy}{rest}"
+    return f"{capital(bad)} beside the {healthy}{rest}"
 
 
 def _suspect(validation: Validation) -> Channel:
@@ -226,13 +221,6 @@ def _moment(recording: Recording, columns: Sequence[PlotColumn], unit: str) -> f
         return None
     beside = np.interp(times[inside] - bad[1] + healthy[1], times, values[:, healthy[0]])
     return float(times[inside][np.argmax(np.abs(values[inside, bad[0]] - beside))])
-
-
-def _metric(finding: Finding) -> Metric | None:
-    """Return the metric of a finding, or None for a finding about the whole experiment."""
-    metrics = JUDGED[finding.experiment].metrics if finding.experiment in JUDGED else ()
-    found = (m for m in metrics if m.name == finding.check and finding.subject in m.subjects)
-    return next(found, None)
 
 
 def _seconds(recording: Recording, subject: str, which: str, end: float) -> tuple[float, float]:

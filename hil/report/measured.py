@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from hil.checks import JUDGED
+from hil.checks import metric_of
 from hil.checks.shared.declaration import number
 from hil.verdict.judged_run import Result
 
@@ -41,10 +41,9 @@ class MeasuredNumber:
 
 def readings_of(name: str, result: Result) -> Iterator[MeasuredNumber]:
     """Yield the measured values of an experiment, subject by subject."""
-    known = {(metric.name, subject): metric for metric in JUDGED[name].metrics for subject in metric.subjects}
     for subject, row in result.measured.items():
         for metric, value in row.items():
-            meaning = known.get((metric, subject))
+            meaning = metric_of(name, metric, subject)
             words = meaning.words if meaning else metric.replace("_", " ")
             yield MeasuredNumber(name, subject, metric, words, float(value), meaning.unit if meaning else "")
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from operator import attrgetter
 from typing import Any
 from urllib.parse import quote
 
@@ -21,7 +22,7 @@ from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.recordings.recording import Event, Recording
 from hil.report.beside_paper import MARKED, compared, reasons, table, text_rows
-from hil.report.evidence import Evidence, by_finding, excess, first_plot, first_seen
+from hil.report.evidence import Evidence, by_finding, first_plot, first_seen
 from hil.report.finger_map import DIGITS, MARKS, verdicts
 from hil.report.measured import MeasuredNumber, readings_of
 from hil.report.plots import Plot, drawable, packed, whole, with_samples
@@ -111,7 +112,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     diagnosis = validation.diagnosis
     # The end of the run is omitted here, because the page shows it beside the verdict.
     said = [finding for finding in diagnosis.evidence if finding != validation.end.finding]
-    speaking = sorted(said, key=excess, reverse=True)
+    speaking = sorted(said, key=attrgetter("strength"), reverse=True)
     return _template("report.html.j2").render(
         header=header,
         validation=validation,

@@ -5,6 +5,7 @@ from textwrap import wrap
 
 from rich.text import Text
 
+from aero.printable import capital
 from hil.checks import JUDGED
 from hil.report.page import HEADINGS, verdict_of
 from hil.verdict.findings import Finding, failed
@@ -42,7 +43,7 @@ def run_text(validation: Validation, report: str) -> Iterator[Text]:
     if (end := validation.end.finding) is not None:
         on_stderr = validation.end.error is not None or validation.end.kind is EndKind.HOST_BUSY
         reason = "." if on_stderr else f": {end.meaning}"
-        head.append(Text(f"{end.check[0].upper()}{end.check[1:]} {end.measured}{reason}"))
+        head.append(Text(f"{capital(end.check)} {end.measured}{reason}"))
     tail = [*_after_the_channels(validation), Text.assemble(("Report: ", "bold"), report)]
     printed = [*map(str, head), *map(str, tail), str(validation.end.error or "")]
     yield from head

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from aero.printable import capital
 from hil.checks.shared.subjects import subject_words
 from hil.verdict.case import DiagnosisCase, Done
 from hil.verdict.group import AmbiguityGroup, CaseState, Proposal, in_order
@@ -37,7 +38,7 @@ def outcome_text(done: Done) -> str:
     """Return a completed step with its outcomes."""
     said = "; ".join(dict.fromkeys(outcome.value for outcome in done.outcomes))
     note = f" ({done.note})" if done.note else ""
-    return f"{done.proposal.text} {said[:1].upper()}{said[1:]}{note}."
+    return f"{done.proposal.text} {capital(said)}{note}."
 
 
 def conclusion(case: DiagnosisCase) -> str:
@@ -75,7 +76,7 @@ def _told(group: AmbiguityGroup) -> str:
     action = " ".join(mode.action for mode in group.shown)
     if group.gone and group.settled[-1].proposal.step.confirms:
         action = f"It is mended. If the failure returns: {action[0].lower()}{action[1:]}"
-    return f"{name[0].upper()}{name[1:]}{_now_at(group, found[0])}. {action}"
+    return f"{capital(name)}{_now_at(group, found[0])}. {action}"
 
 
 def _now_at(group: AmbiguityGroup, found: Suspect) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aero.channels import Channel
+from aero.printable import capital
 from hil.recordings.recording import Header
 from hil.targets.hands_file import EMULATED_TARGETS
 from hil.verdict.case import DiagnosisCase
@@ -54,7 +55,7 @@ class Diagnosis:
         if not self.clues:
             return ""
         seen = "; ".join(self.clues)
-        return f"{seen[0].upper()}{seen[1:]}. {self.suspected}"
+        return f"{capital(seen)}. {self.suspected}"
 
     @property
     def suspected(self) -> str:

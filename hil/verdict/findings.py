@@ -4,6 +4,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
+from aero.printable import capital
+from hil.checks import metric_of
+from hil.checks.shared.declaration import Metric
 from hil.checks.shared.subjects import subject_words
 
 
@@ -41,10 +44,20 @@ class Finding:
         return self.words or self.check.replace("_", " ")
 
     @property
+    def metric(self) -> Metric | None:
+        """Metric of the reading; None for a finding about the run."""
+        return metric_of(self.experiment, self.check, self.subject)
+
+    @property
+    def strength(self) -> float:
+        """Magnitude of the excess; 0 if unmeasurable."""
+        return 0.0 if self.excess is None else abs(self.excess)
+
+    @property
     def sentence(self) -> str:
         """Finding as one sentence."""
         where = subject_words(self.subject)
-        return f"{where[0].upper()}{where[1:]}: {self.name} {self.measured}, should be {self.expected}"
+        return f"{capital(where)}: {self.name} {self.measured}, should be {self.expected}"
 
 
 class NotJudgedReason(Enum):
@@ -85,7 +98,7 @@ class Withheld:
     def sentence(self) -> str:
         """Withheld reading as one sentence."""
         where = subject_words(self.subject)
-        return f"{where[0].upper()}{where[1:]}: {self.words} was not judged: {self.reason}"
+        return f"{capital(where)}: {self.words} was not judged: {self.reason}"
 
 
 @dataclass(frozen=True)

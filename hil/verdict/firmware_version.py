@@ -7,7 +7,7 @@ named version and all within limits for another is a healthy hand with the other
 from collections.abc import Mapping, Sequence
 
 from aero.firmware import VERSION_GROUPS, Firmware, firmware_of
-from hil.checks import JUDGED, Measured
+from hil.checks import JUDGED, Measured, metric_of
 from hil.checks.shared.declaration import VersionRole
 from hil.verdict.failures import EVIDENCE
 from hil.verdict.limits import Key, Limit, excesses, load_limits, out_of_limits, within_limits
@@ -65,5 +65,5 @@ def _compares(key: Key, one: Firmware, other: Firmware) -> bool:
 
 
 def _role(key: Key) -> VersionRole | None:
-    experiment, metric, subject = key
-    return JUDGED[experiment].metric(metric, subject).version
+    metric = metric_of(*key)
+    return None if metric is None else metric.version

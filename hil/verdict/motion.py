@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 
 from aero.channels import Channel
-from hil.checks import JUDGED, Measured
+from hil.checks import Measured, metric_of
 from hil.checks.shared.declaration import MotionRole
 from hil.checks.shared.experiment import reading
 from hil.checks.shared.subjects import CHANNELS
@@ -35,8 +35,8 @@ def still_channels(numbers: Mapping[str, Measured], limits: Collection[Limit]) -
 
 def role_of(experiment: str, metric: str, subject: str) -> MotionRole | None:
     """Return a metric's relation to motion, or None (also for findings without a metric)."""
-    found = (m for m in JUDGED[experiment].metrics if m.name == metric and subject in m.subjects)
-    return next((metric.motion for metric in found), None) if experiment in JUDGED else None
+    found = metric_of(experiment, metric, subject)
+    return None if found is None else found.motion
 
 
 def without_motion(run: Validation, still: Collection[Channel]) -> Validation:

@@ -5,6 +5,7 @@ from enum import Enum
 
 from aero.channels import Channel
 from aero.errors import AeroError
+from aero.printable import capital
 from aero.safety import SafetyReason, SafetyStopError
 from hil.recordings.errors import CannotBeWrittenError
 from hil.recordings.recording import Recording
@@ -180,5 +181,5 @@ def ended_at_closing(end: RunEnd, error: FaultNeverFiredError | SafetyStopError)
     if end is not FINISHED:
         return replace(end, error=error)
     kind = EndKind.FAULT_NEVER_FIRED if isinstance(error, FaultNeverFiredError) else EndKind.NOT_OPENED
-    reason = f"{str(error)[0].upper()}{str(error)[1:]}".rstrip(".")
+    reason = f"{capital(str(error))}".rstrip(".")
     return RunEnd(kind, reason=f"{reason}.", error=error)

@@ -1,14 +1,14 @@
 """Failed findings as one sentence per channel: the strongest reading of each kind of evidence, without causes."""
 
 from collections.abc import Iterable, Sequence
+from operator import attrgetter
 
 from aero.driver import CURRENT_A_PER_UNIT
-from hil.checks import JUDGED
+from aero.printable import capital
 from hil.checks.shared.declaration import EvidenceKind, MotionRole
 from hil.checks.shared.subjects import subject_words
 from hil.verdict.findings import Finding, NotJudgedReason, failed
 from hil.verdict.judged_run import Validation
-from hil.verdict.motion import role_of
 
 LENGTH = 155
 """Length limit of a sentence, characters (two terminal lines); further kinds of evidence are only in the report."""
@@ -22,8 +22,8 @@ def channel_sentences(run: Validation) -> tuple[str, ...]:
         if finding != run.end.finding:
             of.setdefault(finding.subject, []).append(finding)
     suspected = {channel.label for channel in run.diagnosis.channels}
-    strongest = {subject: sorted(found, key=strength, reverse=True) for subject, found in of.items()}
-    order = sorted(of, key=lambda subject: (subject not in suspected, -strength(strongest[subject][0])))
+    strongest = {subject: sorted(found, key=attrgetter("strength"), reverse=True) for subject, found in of.items()}
+    order = sorted(of, key=lambda subject: (subject not in suspected, -strongest[subject][0].strength))
     still = {one.subject for one in run.withheld if one.why is NotJudgedReason.NO_MOTION}
     groups: dict[object, list[str]] = {}
     for subject in order:
@@ -34,17 +34,12 @@ def channel_sentences(run: Validation) -> tuple[str, ...]:
     return tuple(_sentence(alike, strongest[alike[0]], still=alike[0] in still) for alike in groups.values())
 
 
-def strength(finding: Finding) -> float:
-    """Return the absolute excess of a finding; 0 if unmeasurable."""
-    return 0.0 if finding.excess is None else abs(finding.excess)
-
-
 def _sentence(subjects: Sequence[str], findings: Sequence[Finding], *, still: bool) -> str:
     """Return the sentence of one subject, or of several that failed one check alone; the strongest is first."""
     words = subject_words(subjects[0])
     others = f" and {subject_words(subjects[1]) if len(subjects) == 2 else f'{len(subjects) - 1} more'}"
     others = others if len(subjects) > 1 else ""
-    text = f"{words[0].upper()}{words[1:]}{others}: "
+    text = f"{capital(words)}{others}: "
     for number, clause in enumerate(_clauses(findings, still=still)):
         if number and len(text) + len(clause) > LENGTH:
             break
@@ -55,7 +50,7 @@ def _sentence(subjects: Sequence[str], findings: Sequence[Finding], *, still: bo
 
 def _clauses(findings: Sequence[Finding], *, still: bool) -> Iterable[str]:
     """Yield a clause for each kind of evidence; a channel without motion gets one for its lack of motion."""
-    moved = [one for one in findings if role_of(one.experiment, one.check, one.subject) is MotionRole.MEASURED]
+    moved = [one for one in findings if one.metric and one.metric.motion is MotionRole.MEASURED]
     told = set[EvidenceKind | str]()
     if moved and still:
         distances = {one.measured: _distance(one) for one in sorted(moved, key=_is_length)}
@@ -92,6 +87,5 @@ def _value(finding: Finding) -> float:
 
 
 def _kind(finding: Finding) -> EvidenceKind | str:
-    metrics = JUDGED[finding.experiment].metrics if finding.experiment in JUDGED else ()
-    found = (m.evidence for m in metrics if m.name == finding.check and finding.subject in m.subjects)
-    return next(found, None) or finding.check
+    metric = finding.metric
+    return (metric and metric.evidence) or finding.check
