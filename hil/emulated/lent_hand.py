@@ -23,6 +23,8 @@ REST_RAD_S = 0.2
 """Threshold of shaft speed, rad/s; below it on all channels the hand is at rest."""
 SLEPT_S = 0.05
 """Threshold of waiting in real time, s; above it a test on virtual time shows nothing of its hand."""
+DISK_READ_S = 0.00125
+"""Longest wait for a block of 512 bytes from a disk, s: a page of 4 KiB takes a hard disk 10 ms."""
 NOT_EMULATED = "its faults are for an emulated hand; run with --hil=emulated, or see `aero-hil proxy`"
 
 
@@ -142,23 +144,38 @@ class LentHand:
     """Number of previous acts on the hand."""
     waits: Waits | None
     now_s: float
+    mark: int
+    """Position in the wire log."""
 
     @classmethod
     def of(cls, target: EmulatedTarget, faults: tuple[str, ...] = ()) -> LentHand:
         """Return the present state of a hand."""
-        return cls(target, faults, len(target.bench.state().done), Waits.now(), target.clock.now())
+        now_s, mark = target.clock.now(), target.wire.mark()
+        return cls(target, faults, len(target.bench.state().done), Waits.now(), now_s, mark)
 
     def from_now(self) -> LentHand:
         """Return the hand with its waits counted from now."""
-        return replace(self, waits=Waits.now(), now_s=self.target.clock.now())
+        return replace(self, waits=Waits.now(), now_s=self.target.clock.now(), mark=self.target.wire.mark())
 
     def slept_s(self) -> float:
-        """Return the real time, s, that the test slept on virtual time; 0 if unknown or below `SLEPT_S`."""
+        """Return the real time, s, that the test slept instead of the hand; 0 if unknown or below `SLEPT_S`.
+
+        A test that waits by the hand's clock as well may sleep, for example in another program.
+        """
         waits = Waits.now()
-        if self.target.real_time or waits is None or self.waits is None or waits.disk_reads > self.waits.disk_reads:
+        if self.target.real_time or waits is None or self.waits is None or self._waited_s() > SLEPT_S:
             return 0.0
-        slept_s = waits.seconds - self.waits.seconds
-        return slept_s if slept_s > max(SLEPT_S, self.target.clock.now() - self.now_s) else 0.0
+        slept_s = waits.seconds - self.waits.seconds - DISK_READ_S * (waits.disk_reads - self.waits.disk_reads)
+        return slept_s if slept_s > SLEPT_S else 0.0
+
+    def _waited_s(self) -> float:
+        """Return the hand time, s, that the test waited: before its bytes to the hand, and for late answers."""
+        waited_s, last = 0.0, self.now_s
+        for t, direction, _ in self.target.wire.since(self.mark, 0.0):
+            if direction == "to_hand" or t - last > SLEPT_S:
+                waited_s += t - last
+            last = t
+        return waited_s + self.target.clock.now() - last
 
     def done(self) -> list[tuple[str, str]]:
         """Return the JUnit property with the acts of the test and its fixtures; empty without acts."""

@@ -241,13 +241,12 @@ def test_a_mark_that_comes_when_the_hand_is_open_fails_the_test(pytester):
 def test_waiting_in_which_an_emulated_hand_stands_still_fails_the_test(pytester):
     pytester.makepyfile(
         """
-        import asyncio, threading, time
+        import asyncio, os, subprocess, sys, threading, time
         from time import sleep
 
         import pytest
 
-        # A disk read in the middle of a test would make its wait unknown.
-        asyncio.run(asyncio.sleep(0))
+        asyncio.run(asyncio.sleep(0))  # loads what a test would wait for
 
         @pytest.fixture
         def rested(aero_hand):
@@ -287,6 +286,19 @@ def test_waiting_in_which_an_emulated_hand_stands_still_fails_the_test(pytester)
         def test_by_the_clock(aero_target, aero_hand):
             aero_target.clock.sleep_until(aero_target.clock.now() + 2.0)
 
+        def test_that_calls_a_program(aero_target, aero_hand):
+            aero_hand.command_codes([20000] * 7)
+            aero_target.clock.sleep_until(aero_target.clock.now() + 0.5)
+            subprocess.run([sys.executable, "-c", "import time; time.sleep(1)"], check=True)
+
+        def test_with_a_disk_read(aero_hand, tmp_path):
+            with open(tmp_path / "page", "wb") as file:
+                file.write(bytes(4096))
+                os.fsync(file.fileno())
+                os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
+            (tmp_path / "page").read_bytes()
+            time.sleep(0.3)
+
         def test_that_computes(aero_hand):
             end = time.process_time() + 0.2
             while time.process_time() < end:
@@ -300,8 +312,8 @@ def test_waiting_in_which_an_emulated_hand_stands_still_fails_the_test(pytester)
         """
     )
     result = pytester.runpytest()
-    result.assert_outcomes(passed=4, failed=8)
-    assert result.stdout.str().count("use `aero_target.clock.sleep_until") == 8
+    result.assert_outcomes(passed=5, failed=9)
+    assert result.stdout.str().count("use `aero_target.clock.sleep_until") == 9
 
 
 LIFETIMES = {
