@@ -126,8 +126,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, o
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> str | list[str]:
-    """Return a line that describes the hand under test, if any test uses one."""
-    return f"aero-hil: {_spec(config).describe()}" if any(map(_uses, items)) else []
+    """Return a line that describes the hand under test, if any test uses one; a worker prints none."""
+    shown = any(map(_uses, items)) and not hasattr(config, "workerinput")
+    return f"aero-hil: {_spec(config).describe()}" if shown else []
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
@@ -156,7 +157,9 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 def _refuse(item: pytest.Item) -> None:
     """Skip or fail a test that this hand cannot run, with the reason."""
     stash = item.config.stash
-    if _NO_HAND in stash and _FAILED not in stash:
+    if _NO_HAND in stash:
+        if _FAILED in stash:
+            pytest.skip(stash[_NO_HAND])
         stash[_FAILED] = item.name
         pytest.fail(stash[_NO_HAND], pytrace=False)
     target = stash[_SHARED].target if _SHARED in stash else None
@@ -318,7 +321,7 @@ def aero_hand(request: pytest.FixtureRequest, aero_target: Target) -> Hand:
 
 
 def _ours(name: str) -> Any:
-    """Import a module of aero-hil; raise UsageError if the module is hidden or a dependency is missing."""
+    """Import a module of aero-hil; raise UsageError if it is hidden or a dependency is missing or cannot be loaded."""
     if line := hidden():
         raise pytest.UsageError(line)
     try:
@@ -326,6 +329,11 @@ def _ours(name: str) -> Any:
     except ImportError as error:
         said = import_module("hil.cli.exits").other_package(error)
         raise pytest.UsageError(f"aero-hil: {said or f'{error}; `pip install` the extra `suite`'}") from error
+    except Exception as error:  # PyOpenGL raises any kind, for the library that MUJOCO_GL names
+        code, line = (exits := import_module("hil.cli.exits")).ending(error)
+        if code == exits.Exit.DEFECT:
+            raise
+        raise pytest.UsageError(f"aero-hil: {line}") from error
 
 
 def _workers(config: pytest.Config) -> int:

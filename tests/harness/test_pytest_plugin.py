@@ -846,3 +846,15 @@ def test_a_test_that_runs_into_its_time_out_spoils_no_other(pytester):
     result = pytester.runpytest("-p", "no:randomly")
     result.assert_outcomes(failed=4, passed=1)
     assert result.stdout.str().count("timed out") >= 4
+
+
+@pytest.mark.parametrize("workers", [[], pytest.param(["-n", "1"], marks=pytest.mark.slow)], ids=["alone", "worker"])
+def test_an_opengl_that_cannot_be_loaded_is_one_line(workers, pytester, monkeypatch):
+    pytester.makepyfile(ONE_TEST.format("emulated"))
+    monkeypatch.setenv("MUJOCO_GL", "osmesa")
+    result = pytester.runpytest_subprocess(*workers)
+    said = result.stdout.str() + result.stderr.str()
+    if "1 passed" in said:
+        pytest.skip("this computer has OSMesa")
+    assert "MUJOCO_GL=osmesa: MuJoCo cannot load this OpenGL here" in said
+    assert "INTERNALERROR" not in said
