@@ -10,7 +10,18 @@ from numpy.typing import ArrayLike, NDArray
 from aero.side import Side
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
-from model.scene import CUBE, CUBE_START, LOST_HEIGHT_M, SETTLING_S, Cube, add_cube
+from model.scene import (
+    CUBE,
+    CUBE_START,
+    LOST_HEIGHT_M,
+    LOST_UNTOUCHED_S,
+    SETTLING_S,
+    WEDGED_RAD_S,
+    WEDGED_S,
+    WEDGED_Y_M,
+    Cube,
+    add_cube,
+)
 
 OUT_OF_REACH = (1.0, 0.0, 0.0)
 """Position of the cube until it is placed, m; it falls freely there."""
@@ -111,6 +122,9 @@ class CubeWatch:
         self.rotation_rad = 0.0
         """Rotation about the vertical during `alive_s`, rad."""
         self.lost = False
+        self._touched_at = 0.0
+        self._turned: list[tuple[float, float]] = []
+        """Time since the placement, s, and rotation, rad, at each sample."""
         self._samples = self._untouched = self._let_go = 0
         self.postures: list[NDArray[np.float64]] = []
         """Posture of hand and cube at the end of each control period, for `model.pictures.frames`."""
@@ -118,7 +132,7 @@ class CubeWatch:
     def place(self) -> None:
         """Place the cube at rest in the hand and start its time."""
         self._plant.place_cube(self._position)
-        self._began = self._plant.time
+        self._began = self._touched_at = self._plant.time
 
     def sample(self) -> None:
         """Record posture and cube after a control period."""
@@ -126,12 +140,26 @@ class CubeWatch:
         if not self.lost:
             self.alive_s = self._plant.time - self._began
             self.rotation_rad = self._plant.cube_rotation
-            self.lost = bool(self._plant.cube_position()[2] < LOST_HEIGHT_M)
+            self._turned.append((self.alive_s, self.rotation_rad))
+            touched = self._plant.cube_touched()
+            if touched:
+                self._touched_at = self._plant.time
+            untouched_s = self._plant.time - self._touched_at
+            self.lost = bool(self._plant.cube_position()[2] < LOST_HEIGHT_M) or untouched_s > LOST_UNTOUCHED_S
             if self.alive_s > SETTLING_S:
                 self._samples += 1
-                if not self._plant.cube_touched():
+                if not touched:
                     self._untouched += 1
                     self._let_go += self._plant.cube_clear(GAP_M)
+
+    @property
+    def wedged(self) -> bool:
+        """Whether a kept cube is stuck: beside the fingers, or not turned over the last seconds, by `WEDGED_...`."""
+        if self.lost:
+            return False
+        before = [turned for at, turned in self._turned if at <= self.alive_s - WEDGED_S]
+        still = bool(before) and abs(self.rotation_rad - before[-1]) < WEDGED_RAD_S * WEDGED_S
+        return still or bool(abs(self._plant.cube_position()[1]) > WEDGED_Y_M)
 
     @property
     def airborne(self) -> float:

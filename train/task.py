@@ -21,7 +21,7 @@ from aero.actuation.arrays import Array, namespace
 from aero.channels import JOINT_BOX_RAD, OBSERVATION_ORDER, Channel, Joint
 from aero.policy.settings import PAPER_TRAINING, PolicySettings
 from aero.policy.task import ActionMemory, ShownAction, observe, targets
-from model.scene import LOST_HEIGHT_M
+from model.scene import LOST_HEIGHT_M, LOST_UNTOUCHED_S
 from train import actuation
 from train.actuation import IDEAL, ActuationRanges, Parameters, ServoState
 
@@ -246,9 +246,23 @@ HARDLY_RAD_S = 0.1
 """Threshold of the rate, rad/s; below it the hand counts as not turning the cube (over a minute per turn)."""
 
 
-def fallen(cube_height: Array) -> Array:
-    """Return whether the cube is lost, from the height of its centre (m, world frame)."""
-    return cube_height < LOST_HEIGHT_M
+@dataclass(frozen=True)
+class LossRule:
+    """Definition of a lost cube; the defaults are the paper's."""
+
+    height_m: float = -0.05
+    """Threshold of the height of the cube's centre, world frame, m; below it the cube is lost. Source: paper, section
+    "Learning In-Hand Cube Rotation"."""
+    untouched_s: float = inf
+    """Threshold of the time without any contact, s; above it the cube is lost."""
+
+    def lost(self, height_m: Array, untouched_s: Array) -> Array:
+        """Return whether cubes of these heights and times without contact are lost, (...)."""
+        return (height_m < self.height_m) | (untouched_s > self.untouched_s)
+
+
+OUT_OF_THE_HAND = LossRule(LOST_HEIGHT_M, LOST_UNTOUCHED_S)
+"""Rule of emulated hands: below the paper's height a gait may still carry the cube."""
 
 
 def terms(
@@ -261,6 +275,7 @@ def terms(
     sent: Array,
     period_s: float,
     rotation_cap_rad_s: float,
+    lost: Array,
 ) -> dict[str, Array]:
     """Return every term before weighting, each with the leading axes of `joints`.
 
@@ -273,6 +288,7 @@ def terms(
         sent: maximum of the targets of both actions, (..., 7), so that a moving thumb does not count as pushed.
         period_s: length of the period, s.
         rotation_cap_rad_s: saturation of the rewarded rotation rate, rad/s.
+        lost: whether the cube is lost at the end of the period, (...).
 
     The rotation rate is averaged over the period, because a policy would learn bursts at the instants of sampling.
     """
@@ -282,7 +298,7 @@ def terms(
     away = (period.lengths[..., -1, :] - sent)[..., Channel.THUMB_ABDUCTION]
     return {
         "rotation": xp.minimum(xp.mean(period.cube_angular_velocity[..., 2], axis=-1), rotation_cap_rad_s),
-        "fall": xp.where(fallen(period.cube_position[..., -1, 2]), 1.0, 0.0),
+        "fall": xp.where(lost, 1.0, 0.0),
         "action_rate": xp.sum((action - last_action) ** 2, axis=-1),
         "cube_speed": xp.mean(xp.sum(period.cube_linear_velocity**2, axis=-1), axis=-1),
         "airborne": xp.mean(xp.where(period.cube_contacts[..., 0] > 0, 0.0, 1.0), axis=-1),
@@ -314,6 +330,7 @@ class Task:
     shown_action: ShownAction = ShownAction.LAST
     rewarded: RewardSettings = PAPER_REWARD
     reset: ResetRanges = PAPER_RESET
+    loss: LossRule = LossRule()
     actuation: ActuationRanges = IDEAL
     """Actuation between commands, cables and readings."""
     episode_steps: int = 500
@@ -338,6 +355,8 @@ class Episode(NamedTuple):
     lengths: Array
     """Simulated channel values at the end of the last period, (..., 7)."""
     periods: Array
+    untouched_s: Array
+    """Time since the cube's last contact, s."""
 
 
 class EpisodeOutcome(NamedTuple):
@@ -368,6 +387,7 @@ def begin(task: Task, sensors: Array, uniform: Array) -> Episode:
         servo=actuation.at_rest(0 * lengths + np.array(task.settings.nominal)),
         lengths=lengths,
         periods=0 * lengths[..., 0],
+        untouched_s=0 * lengths[..., 0],
     )
 
 
@@ -410,22 +430,27 @@ def finish(
     nominal, scale = np.array(task.settings.nominal), np.array(task.settings.scale)
     sent = [targets(action, nominal, scale) for action in episode.memory]
     last = Signals(*(part[..., -1, :] for part in period))
+    xp = namespace(sensors)
+    touched = (period.cube_contacts[..., 0] > 0).any(axis=-1)
+    untouched_s = xp.where(touched, 0.0, episode.untouched_s + period_s)
+    lost = task.loss.lost(last.cube_position[..., 2], untouched_s)
     values = terms(
         period,
         positions,
         last_lengths=episode.lengths,
         action=episode.memory.last,
         last_action=episode.memory.before_last,
-        sent=namespace(sensors).maximum(*sent),
+        sent=xp.maximum(*sent),
         period_s=period_s,
         rotation_cap_rad_s=task.rewarded.rotation_cap_rad_s,
+        lost=lost,
     )
-    episode = episode._replace(lengths=last.lengths, periods=episode.periods + 1)
+    episode = episode._replace(lengths=last.lengths, periods=episode.periods + 1, untouched_s=untouched_s)
     observation = observed(task, episode, noise)
     return episode, EpisodeOutcome(
         observation=observation,
         critic=critic_state(observation, positions, velocities, last),
         reward=reward(values, task.rewarded, period_s),
-        lost=fallen(last.cube_position[..., 2]),
+        lost=lost,
         terms=values,
     )

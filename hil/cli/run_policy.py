@@ -178,7 +178,8 @@ def _outcome(result: PolicyRun, held: str, cube: CubeWatch | None, most_a: float
         rows["by the thumb's currents"] = held
     if cube is not None:
         turned = f"{cube.rotation_rad:.2f} rad in {cube.alive_s:.1f} s, {cube.rate_rad_s:.2f} rad/s"
-        rows |= {"cube turned": turned, "cube at the end": "lost" if cube.lost else "in the hand"}
+        end = "lost" if cube.lost else "wedged in the hand" if cube.wedged else "in the hand"
+        rows |= {"cube turned": turned, "cube at the end": end}
     table = Table(show_header=False)
     for row in rows.items():
         table.add_row(*row)

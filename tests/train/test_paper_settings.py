@@ -19,11 +19,11 @@ from train.task import (
     PAPER_REWARD,
     PHYSICS_STEP_S,
     SENSOR_COUNT,
+    LossRule,
     Task,
     begin,
     command,
     draw_starts,
-    fallen,
     finish,
     observed,
     unpack,
@@ -89,7 +89,7 @@ def test_episodes_of_section_learning_in_hand_cube_rotation():
 @pytest.mark.parametrize(("height", "lost"), [(-0.0501, True), (-0.0499, False), (-0.041, False)])
 def test_a_cube_below_minus_5_cm_is_lost_and_none_above(height, lost):
     """Section "Learning In-Hand Cube Rotation": "falls below -0.05 m", in the reward and in the end of the episode."""
-    assert bool(fallen(height)) is lost
+    assert bool(LossRule().lost(height, 9.0)) is lost
     task, sensors = Task(), np.zeros(SENSOR_COUNT)
     sensors[int(unpack(np.arange(SENSOR_COUNT)).cube_position[2])] = height
     episode = begin(task, np.zeros(SENSOR_COUNT), np.zeros(DRAWS))

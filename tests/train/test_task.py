@@ -48,6 +48,7 @@ def all_terms(sensors, joints, action=0.0, cap=np.inf):
         sent=np.zeros(7),
         period_s=0.05,
         rotation_cap_rad_s=cap,
+        lost=False,
     )
 
 

@@ -36,6 +36,7 @@ WIDTH = 120
 """Table width without a terminal, columns."""
 FIGURES = {
     "survival": ("keeps", "{:.0%}"),
+    "wedged": ("wedged", "{:.0%}"),
     "rate_rad_s": ("rad/s", "{:.2f}"),
     "rotation_median_rad": ("rad", "{:.1f}"),
     "turned_share": ("> 0.1", "{:.0%}"),
@@ -51,9 +52,9 @@ FIGURES = {
 }
 """Heading and format of each figure, in the order of the table.
 
-Survival, rate, median rotation, share above 0.1 rad/s, steps without contact, samples with nothing within 0.5 mm of the
-cube, commanded travel of a finger, share of trials with an early end, mean and peak current of the motor with the
-highest current, survival after a time.
+Survival, wedged cubes, rate, median rotation, share above 0.1 rad/s, steps without contact, samples with nothing within
+0.5 mm of the cube, commanded travel of a finger, share of trials with an early end, mean and peak current of the motor
+with the highest current, survival after a time.
 """
 SCALE = {"finger_travel_m_s": 1e3}
 

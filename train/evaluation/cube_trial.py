@@ -22,6 +22,8 @@ class CubeTrial:
     """Hand with its cube; the hand's seed also determines the cube's initial pose."""
     kept: bool
     """Whether the run reached its time limit with the cube in the hand."""
+    wedged: bool
+    """Whether a kept cube is stuck in the hand (`CubeWatch.wedged`); counted apart from the lost ones."""
     alive_s: float
     """Time until the end of the run or the loss of the cube, s."""
     rotation_rad: float
@@ -92,6 +94,7 @@ def run_trial(
     return CubeTrial(
         spec=spec,
         kept=not watch.lost and run.ending is Ending.TIME,
+        wedged=watch.wedged,
         alive_s=watch.alive_s,
         rotation_rad=watch.rotation_rad if spec.side == "right" else -watch.rotation_rad,
         airborne=watch.airborne,

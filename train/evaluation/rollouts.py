@@ -12,7 +12,7 @@ from aero.policy.task import CHANNELS, targets
 from model.scene import SETTLING_S
 from train import actuation
 from train.simulator import Simulator, StopCheck, positions, velocities
-from train.task import Task, begin, command, draw_starts, finish, observed, unpack
+from train.task import OUT_OF_THE_HAND, Task, begin, command, draw_starts, finish, observed, unpack
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,8 @@ class Episodes:
 
 
 def task_of(policy: Policy, settings: PolicySettings | None = None) -> Task:
-    """Return the paper's task with the policy's observation, and its settings unless others are given."""
-    return Task(settings=settings or policy.settings, shown_action=policy.shown_action)
+    """Return the paper's task with our loss rule, the policy's observation, and its settings or the given ones."""
+    return Task(settings=settings or policy.settings, shown_action=policy.shown_action, loss=OUT_OF_THE_HAND)
 
 
 def run(

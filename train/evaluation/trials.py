@@ -179,6 +179,7 @@ def figures(trials: Sequence[CubeTrial]) -> dict[str, float]:
     return {
         "episodes": float(len(trials)),
         **_share("survival", [one.kept for one in trials]),
+        "wedged": _mean([one.wedged for one in trials]),
         "rate_rad_s": float(_rate(rotation, alive)),
         "rate_rad_s_low": low,
         "rate_rad_s_high": high,

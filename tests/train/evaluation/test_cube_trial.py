@@ -25,7 +25,7 @@ HAND = EmulatedSpec(guarded=True, cube=CUBE)
 class Held(CubePlant):
     """A cube where a test says, turned and touched as it says."""
 
-    height, touched, turned = 0.05, True, 0.0
+    height, beside, touched, turned = 0.05, 0.0, True, 0.0
     placed = ()
 
     def place_cube(self, position, orientation=(1.0, 0.0, 0.0, 0.0)):
@@ -33,7 +33,7 @@ class Held(CubePlant):
         self.placed = (*self.placed, np.array(position))
 
     def cube_position(self):
-        return np.array([0.1, 0.0, self.height])
+        return np.array([0.1, self.beside, self.height])
 
     def cube_touched(self):
         return self.touched
@@ -59,19 +59,46 @@ def watched(plant, heights, period_s=0.05):
     return watch
 
 
-@pytest.mark.parametrize(("height", "lost"), [(-0.0501, True), (-0.0499, False), (-0.041, False)])
-def test_a_cube_below_minus_5_cm_is_lost_as_in_the_paper(height, lost, plant):
-    """Section "Learning In-Hand Cube Rotation"; what happens after the loss counts no more."""
+@pytest.mark.parametrize(("height", "lost"), [(-0.1001, True), (-0.0999, False), (-0.05, False)])
+def test_a_cube_that_left_the_hand_is_lost_and_one_that_a_gait_carries_low_is_not(height, lost, plant):
+    """What happens after the loss counts no more."""
     watch = watched(plant, [0.05, height, 0.05, 0.05])
     assert watch.lost is lost
     assert watch.alive_s == pytest.approx(0.10 if lost else 0.20)
 
 
+def test_a_cube_without_contact_for_a_quarter_of_a_second_is_lost_and_with_one_in_between_is_not(plant):
+    plant.touched = False
+    assert watched(plant, [0.05] * 6).lost
+    watch = watched(plant, [0.05] * 4)
+    plant.touched = True
+    for touched in (True, False, False, False, False, True):
+        plant.touched = touched
+        plant.advance_to(plant.time + 0.05)
+        watch.sample()
+    assert not watch.lost
+
+
+@pytest.mark.parametrize(("rate", "beside", "wedged"), [(0.2, 0.0, False), (0.05, 0.0, True), (0.2, 0.036, True)])
+def test_a_kept_cube_that_is_beside_the_fingers_or_no_longer_turns_is_wedged(rate, beside, wedged, plant):
+    watch = CubeWatch(plant, 0)
+    watch.place()
+    plant.beside = beside
+    for _ in range(240):
+        plant.turned += 0.05 * rate
+        plant.advance_to(plant.time + 0.05)
+        watch.sample()
+    assert watch.wedged is wedged
+    assert not watch.lost
+
+
 def test_a_cube_may_bounce_for_half_a_second_as_in_training(plant):
+    watch = watched(plant, [0.05] * 10)
+    assert np.isnan(watch.airborne)
     plant.touched = False
-    assert np.isnan(watched(plant, [0.05] * 10).airborne)
-    plant.touched = False
-    assert watched(plant, [0.05] * 11).airborne == 1.0
+    plant.advance_to(plant.time + 0.05)
+    watch.sample()
+    assert watch.airborne == 1.0
 
 
 def test_a_person_puts_the_cube_within_2_mm_of_its_place():

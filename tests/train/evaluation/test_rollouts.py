@@ -53,8 +53,8 @@ def test_rotation_is_that_about_the_vertical_at_every_step(sensors):
 
 
 def test_an_episode_counts_to_its_loss_and_no_further(sensors):
-    """The second loses its cube in the tenth period, in which it comes to lie below -0.05 m, and comes back."""
-    sensors[9, 1, -1, HEIGHT] = -0.06
+    """The second loses its cube in the tenth period, in which it comes to lie below -0.1 m, and comes back."""
+    sensors[9, 1, -1, HEIGHT] = -0.11
     sensors[9:, 1, :, SPIN[2]] = 100.0
     sensors[:9, 1, :, SPIN[2]] = 2.0
     episodes = run(holding(), task_of(holding()), Script(sensors), PERIODS * PERIOD_S)
@@ -70,9 +70,9 @@ def test_an_episode_counts_to_its_loss_and_no_further(sensors):
 def test_a_cube_is_airborne_by_the_physics_step_once_it_has_settled(sensors):
     """For half a second it may bounce; then two of five steps touch nothing, but in the third hand."""
     sensors[:, :, 3:, CONTACTS] = 0.0
-    sensors[:10, :, :, CONTACTS] = 0.0
+    sensors[:10, :, :2, CONTACTS] = 0.0
     sensors[:, 2, :, CONTACTS] = 1.0
-    sensors[19, 0, -1, HEIGHT] = -0.06
+    sensors[19, 0, -1, HEIGHT] = -0.11
     episodes = run(holding(), task_of(holding()), Script(sensors), PERIODS * PERIOD_S)
     np.testing.assert_allclose(episodes.airborne, [0.4, 0.4, 0.0])
     assert episodes.summary()["airborne"] == pytest.approx((0.4 * 1.0 + 0.4 * 2.0) / (1.0 + 2.0 + 2.0))
