@@ -10,6 +10,9 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
+import train.quiet_import  # noqa: F401 - before Brax, which imports MJX
+
+# isort: split
 import jax
 import jax.numpy as jnp
 import optax

@@ -327,15 +327,23 @@ and speed up slow hands.
 RECIPES = {recipe.name: recipe for recipe in (STEADY, PAPER)}
 
 
+ROUTED = "-routed"
+"""Suffix of the name of a recipe whose built hands are replaced by routed ones."""
+
+
 def on_routed_hands(recipe: Recipe) -> Recipe:
-    """Return the recipe for MJX, with routed hands behind servos instead of built hands, which MJX cannot step."""
+    """Return the recipe for MJX, with routed hands behind servos instead of built hands, which MJX cannot step.
+
+    A recipe with built hands becomes another task and gets another name.
+    """
     stages = tuple(
         replace(stage, built=False, redraw=None, tail_share=0.0, healthy=False, actuation=SERVOS, rows=SERVO_ROWS)
         if stage.built
         else stage
         for stage in recipe.stages
     )
-    return replace(recipe, stages=stages)
+    built = any(stage.built for stage in recipe.stages)
+    return replace(recipe, name=recipe.name + ROUTED if built else recipe.name, stages=stages)
 
 
 def on_gpu(recipe: Recipe) -> Recipe:

@@ -134,6 +134,17 @@ def test_mjx_without_a_gpu_says_so_and_keeps_to_the_size_for_cpus(accelerated, e
     assert ("Warning: JAX finds no GPU" in result.output) == (not accelerated)
 
 
+def test_with_a_gpu_the_command_says_that_it_trains_another_task_under_another_name(monkeypatch, tmp_path):
+    monkeypatch.setattr(trainer, "accelerated", lambda: True)
+    (recipe, *_), result = commanded(monkeypatch, tmp_path, "--backend", "mjx")
+    assert recipe.name == "steady-routed"
+    assert not any(stage.built for stage in recipe.stages)
+    assert "MJX cannot step the built hands of steady. This trains another task, steady-routed" in result.output
+    (paper, *_), result = commanded(monkeypatch, tmp_path, "paper", "--backend", "mjx")
+    assert paper.name == "paper"
+    assert "another task" not in result.output
+
+
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_run_that_a_signal_ended_has_its_exit_code_and_says_what_is_kept(number, code, monkeypatch, tmp_path):
     options = {"ending": StopReason.STOPPED, "by_signal": number}
