@@ -40,14 +40,22 @@ def drawn(seed):
 def said(named, guarded, numbers, limits):
     """Return what is said of a run without pictures: its suspects and clues, and the sentences of its channels."""
     judge = Judge(named, guarded=guarded)
-    judge.limits = limits(named, guarded=guarded)
+    judge.limits = tuple(_kept(limits(named, guarded=guarded), numbers))
     isolation = isolate(judge.signs(numbers, FINISHED))
     results = {}
     for name, measured in numbers.items():
         findings, withheld = compare(JUDGED[name], measured, judge.limits, lambda subject, metric: 0.0)
         results[name] = Result(None, measured, findings, withheld)
-    run = Validation(results, FINISHED, 0.0, diagnosis=Diagnosis(tuple(sorted(isolation.group, key=str))))
+    run = Validation(results, FINISHED, 0.0, diagnosis=Diagnosis(tuple(sorted(isolation.strong | isolation.weak, key=str))))
     return isolation, channel_sentences(run)
+
+
+def _kept(limits, numbers):
+    """Yield limits of the readings that these runs have; a metric may be newer than they are."""
+    for limit in limits:
+        has = [one for one in limit.subjects if limit.metric in numbers.get(limit.experiment, {}).get(one, {})]
+        if has:
+            yield replace(limit, subjects=tuple(has))
 
 
 def copied(monkeypatch, experiment, metric):
