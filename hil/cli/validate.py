@@ -17,8 +17,10 @@ class ExperimentName(click.ParamType):  # type: ignore[type-arg]  # generic only
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the name, or fail with the valid names."""
-        from hil.checks import EXPERIMENTS  # noqa: PLC0415 - loads a physics engine
+        from hil.checks import EXPERIMENTS, LOSSES  # noqa: PLC0415 - loads a physics engine
 
+        if value not in EXPERIMENTS and LOSSES:
+            self.fail("\n".join((f"there is no experiment `{value}`;", *LOSSES)), param, ctx)
         return click.Choice(list(EXPERIMENTS)).convert(value, param, ctx)
 
 

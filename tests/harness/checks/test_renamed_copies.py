@@ -46,7 +46,9 @@ def said(named, guarded, numbers, limits):
     for name, measured in numbers.items():
         findings, withheld = compare(JUDGED[name], measured, judge.limits, lambda subject, metric: 0.0)
         results[name] = Result(None, measured, findings, withheld)
-    run = Validation(results, FINISHED, 0.0, diagnosis=Diagnosis(tuple(sorted(isolation.strong | isolation.weak, key=str))))
+    run = Validation(
+        results, FINISHED, 0.0, diagnosis=Diagnosis(tuple(sorted(isolation.strong | isolation.weak, key=str)))
+    )
     return isolation, channel_sentences(run)
 
 
