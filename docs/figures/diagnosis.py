@@ -19,16 +19,26 @@ from owner import is_right, play
 from aero.side import Side
 from figures.inputs import ROOT
 from figures.results import Rows
-from figures.strangers import SEVENTH
+from figures.strangers import drawn_physics
 from hil.emulated.faults import CATALOGUE
 from hil.emulated.faults.fault import Fault, Injection
 from hil.recordings.provenance import source_commit
 
-DRAWN, HEALTHY = 30, 6
+DRAWN, PHYSICS, HEALTHY = 30, 100, 6
 DECLARED = ("0.2.0", "0.1.5")
 """Firmware of the hands; a board that runs it has no fault."""
 SIDES: tuple[Side, ...] = ("right", "left")
-HEADER = ["set", "found", "part right", "good part convicted", "open", "gone on a broken hand", "steps", "minutes"]
+HEADER = [
+    "set",
+    "found",
+    "part right",
+    "or one that looks alike",
+    "good part convicted",
+    "open",
+    "gone on a broken hand",
+    "steps",
+    "minutes",
+]
 
 
 class PlayedSet(NamedTuple):
@@ -52,9 +62,15 @@ def drawn(seed: int) -> list[tuple[Injection]]:
     return [(one(fault),) for fault in random.sample(kinds, DRAWN)]
 
 
+def physics(seed: int) -> list[tuple[Injection]]:
+    """Return faults outside the catalogue, drawn as parameters that are off, from consecutive seeds."""
+    return [(drawn_physics(seed + number),) for number in range(PHYSICS)]
+
+
 ALL = (
     PlayedSet("drawn faults of the catalogue, unseen", 484_000, drawn(484_000)),
-    PlayedSet("strangers, the seventh set, seen", 481_000, [(one,) for one in SEVENTH]),
+    PlayedSet("physics drawn, for work", 900_000, physics(900_000)),
+    PlayedSet("physics drawn, not looked at", 910_000, physics(910_000)),
     PlayedSet("no fault", 474_000, [()] * HEALTHY),
 )
 
@@ -67,7 +83,9 @@ class CaseEnd:
     found: bool
     """Whether the validation failed."""
     right: bool
-    """Whether the convicted part is that of a fault."""
+    """Whether a convicted part is that of a fault."""
+    alike: bool
+    """Whether each convicted part is that of a fault, or one that looks alike."""
     convicted: str
     """Empty for none."""
     mended_broken: bool
@@ -88,6 +106,7 @@ def played(row: int, number: int) -> CaseEnd:
         " ".join(map(str, faults)),
         one.found,
         any(is_right(suspect, fault) for suspect in one.told for fault in faults),
+        all(any(is_right(suspect, fault, alike=True) for fault in faults) for suspect in one.told),
         ", ".join(map(str, one.told)),
         one.mended and one.broken,
         () if one.case is None else tuple(done.proposal.step.name for done in one.case.done),
@@ -158,12 +177,13 @@ def row_of(name: str, ends: Sequence[CaseEnd]) -> list[str]:
     """Return the row of a set."""
     found = [one for one in ends if one.found]
     convicted, of = [one for one in found if one.convicted], f"of {len(found)}"
-    right, steps = sum(one.right for one in convicted), [len(one.steps) for one in found] or [0]
+    alike, steps = sum(one.alike for one in convicted), [len(one.steps) for one in found] or [0]
     return [
         name,
         f"{len(found)} of {len(ends)}",
-        f"{right} {of}",
-        f"{len(convicted) - right} {of}",
+        f"{sum(one.right for one in convicted)} {of}",
+        f"{alike} {of}",
+        f"{len(convicted) - alike} {of}",
         f"{len(found) - len(convicted)} {of}",
         f"{sum(one.mended_broken for one in found)} {of}",
         f"{median(steps):g}, at most {max(steps)}",

@@ -43,17 +43,17 @@ def test_a_run_that_was_interrupted_goes_on(build, monkeypatch):
 
 
 def test_an_edited_tree_begins_anew(build, monkeypatch):
-    end = diagnosis.CaseEnd("", False, False, "", False, (), 0.0, "", 1.0)
+    end = diagnosis.CaseEnd("", False, False, False, "", False, (), 0.0, "", 1.0)
     for commit, left in (("1234567", 1), ("1234567+changes", 0), ("", 0)):
         diagnosis.Ends(commit).add(0, 0, end)
         assert len(diagnosis.Ends(commit).known) == left
 
 
 def test_a_row_counts_what_was_found():
-    right = diagnosis.CaseEnd("a", True, True, "servo", False, ("home", "exchange"), 10.0, "", 1.0)
-    wrong = diagnosis.CaseEnd("b", True, False, "digit", False, ("bend",), 2.0, "", 1.0)
-    gone = diagnosis.CaseEnd("c", True, False, "", True, ("again",), 1.0, "", 1.0)
-    missed = diagnosis.CaseEnd("d", False, False, "", False, (), 0.0, "", 1.0)
+    right = diagnosis.CaseEnd("a", True, True, True, "servo", False, ("home", "exchange"), 10.0, "", 1.0)
+    wrong = diagnosis.CaseEnd("b", True, False, False, "digit", False, ("bend",), 2.0, "", 1.0)
+    gone = diagnosis.CaseEnd("c", True, False, True, "", True, ("again",), 1.0, "", 1.0)
+    missed = diagnosis.CaseEnd("d", False, False, True, "", False, (), 0.0, "", 1.0)
     assert diagnosis.row_of("set", [right, wrong, gone, missed]) == [
-        "set", "3 of 4", "1 of 3", "1 of 3", "1 of 3", "1 of 3", "1, at most 2", "2"
+        "set", "3 of 4", "1 of 3", "1 of 3", "1 of 3", "1 of 3", "1 of 3", "1, at most 2", "2"
     ]  # fmt: skip

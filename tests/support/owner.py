@@ -7,15 +7,17 @@ injected fault is never queried.
 from collections.abc import Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
 
+from aero.channels import FINGERS
 from aero.errors import AeroError
 from aero.safety import SafetyStopError
 from aero.side import Side
 from hil.dialogue.asker import Choice
-from hil.dialogue.case_session import CaseSession
+from hil.dialogue.case_session import MARKED, READY, CaseSession
 from hil.emulated.emulated_case import EmulatedCaseHand
 from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults.fault import FaultLayer, Injection
@@ -29,6 +31,7 @@ from hil.verdict.noticed import Differences, Flashed, Place, Removed, Voltages
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import EndKind
+from hil.verdict.steps import StepOutcome
 from hil.verdict.validation import validate
 
 OFF = 0.05
@@ -37,24 +40,69 @@ REST_S = 120.0
 """Time between homing and the first run, in which servos cool down, s."""
 
 
-class Owner:
-    """Lets the helper do each step, and answers from its observations."""
+class Slip(Enum):
+    """Mistake of an owner."""
 
-    def __init__(self):
-        self.shown = []
+    FORGETS_IDS = "exchanges the servos, and leaves their IDs"
+    WRONG_PAIR = "exchanges the neighbour with a third servo"
+    DOES_NOTHING = "says that the servos are exchanged, and leaves them"
+    WRONG_ANSWER = "answers the first question about the hand wrongly"
+
+
+class Owner:
+    """Lets the helper do each step, and answers from its observations; or makes one mistake."""
+
+    def __init__(self, hand=None, slip=None):
+        self.shown, self._hand, self._slip = [], hand, slip
+        self._step, self._wrong_once = None, slip is Slip.WRONG_ANSWER
 
     def ask(self, question):
         if not isinstance(question, Choice):
             return ""
-        if question.noticed is None:
-            return question.options[0].answer
-        if isinstance(question.noticed, Place):
-            return question.noticed.channel
         answers = {option.label: option.answer for option in question.options}
-        return answers["yes" if differs(question.noticed) else "no"]
+        if question.noticed is None:
+            return self._done(question) or question.options[0].answer
+        if isinstance(question.noticed, Place):
+            return self._seen_after_slip(question)
+        yes = differs(question.noticed)
+        if self._wrong_once:
+            yes, self._wrong_once = not yes, False
+        return answers["yes" if yes else "no"]
+
+    def _done(self, question):
+        """Do an exchange wrongly; return the answer that it is done, or None for what the helper does."""
+        exchanges = self._step is not None and "Exchange" in self._step.do
+        if not exchanges or question.text != READY or self._slip in {None, Slip.WRONG_ANSWER}:
+            return None
+        if self._slip is Slip.WRONG_PAIR:
+            self._hand.bench.workbench.exchange_servos(self._beside, self._third)
+        return StepOutcome.STAYS
+
+    @property
+    def _beside(self):
+        return self._step.channels[1]
+
+    @property
+    def _third(self):
+        return next(one for one in FINGERS if one not in self._step.channels)
+
+    def _seen_after_slip(self, question):
+        """Answer where the marked servo is, or which digit moved, as the mistake leaves it."""
+        marked = question.text == MARKED
+        match self._slip:
+            case Slip.FORGETS_IDS:
+                # the other servo of the pair has the nudged channel's ID
+                other = {self._step.channels[0]: self._beside, self._beside: self._step.channels[0]}
+                return self._beside if marked else other[question.noticed.channel]
+            case Slip.WRONG_PAIR:
+                return self._third if marked else question.noticed.channel
+            case Slip.DOES_NOTHING:
+                return None if marked else question.noticed.channel
+        return question.noticed.channel
 
     def show(self, case):
         self.shown.append(case)
+        self._step = case.step
 
     def announce(self, motion):
         self.shown.append(motion)
@@ -124,14 +172,17 @@ def _about(fault):
     return {fault.channel, NEIGHBOUR.get(fault.channel)} if two else {fault.channel}
 
 
-def play(faults: Sequence[Injection], unit: str, seed: int, firmware: str, side: Side) -> Played:
-    """Complete one case: validate, then do steps until the case ends."""
+def play(
+    faults: Sequence[Injection], unit: str, seed: int, firmware: str, side: Side, *, slip: Slip | None = None
+) -> Played:
+    """Complete one case: validate, then do steps until the case ends; the owner makes a mistake, or none."""
     start = process_time()
     spec = EmulatedSpec(
         firmware=firmware, side=side, unit=unit, seed=seed, guarded=True, homed=True, faults=tuple(faults)
     )
     with TemporaryDirectory() as name, closing(StandingHand(spec)) as standing:
-        folder, hand, owner = Path(name), EmulatedCaseHand(standing), Owner()
+        folder, hand = Path(name), EmulatedCaseHand(standing)
+        owner = Owner(hand, slip)
         found, busy, ended, session = True, False, "", None
         try:
             # It homes, as the README says, and rests; an owner whose hand does not home validates all the same.

@@ -1,13 +1,9 @@
-"""Strangers: faults that no catalogue has, in sets, each written before the rules had seen it.
+"""Faults outside the catalogue: a set that was thought of (`seventh`), and physics drawn at random (`physics`).
 
-Whoever writes rules of a diagnosis does not read them.
+Whoever writes rules of a diagnosis does not read the set.
 """
 
-from figures.strangers.fifth import FIFTH
-from figures.strangers.first import FIRST
-from figures.strangers.fourth import FOURTH
+from figures.strangers.physics import drawn_physics
 from figures.strangers.seventh import SEVENTH
-from figures.strangers.sixth import SIXTH
-from figures.strangers.third import THIRD
 
-__all__ = ["FIFTH", "FIRST", "FOURTH", "SEVENTH", "SIXTH", "THIRD"]
+__all__ = ["SEVENTH", "drawn_physics"]

@@ -9,10 +9,7 @@ import math
 from dataclasses import replace
 
 from aero.channels import CABLES, FINGERS, Channel
-from figures.strangers.fifth import Wire, in_memory, linked, passing, rewritten, wire
-from figures.strangers.first import watching
-from figures.strangers.fourth import told
-from figures.strangers.sixth import Mechanical
+from figures.strangers.helpers import Mechanical, Wire, in_memory, linked, passing, rewritten, told, watching, wire
 from firmware_emulator.firmware.frames import FRAME, FRAME_SIZE, Opcode
 from firmware_emulator.servo.parameters import RAD_PER_COUNT
 from hil.emulated.faults.assembly import Active
