@@ -748,6 +748,7 @@ def test_marks_of_other_tests_mean_what_their_project_says(pytester):
     assert run == ["test_homes", "test_fault", "test_presence", "test_ordinary"]
 
 
+@pytest.mark.slow
 def test_one_worker_of_xdist_uses_the_port_and_says_what_it_skips(pytester):
     pytester.makepyfile(SUITE.format(there=True))
     with serve_in_child(EmulatedSpec()) as (port, _):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drawn import drawn
 from guarded_hands import close, guarded, torque_limits, wait
 
 from aero import Channel
@@ -38,7 +39,7 @@ def test_channels_that_meet_their_stops_are_weakened_for_it_and_no_longer():
         assert torque_limits(target) == [weak] * 3 + [usual] * 4
 
 
-@pytest.mark.parametrize("firmware", ["0.1.0", "0.2.0"])
+@pytest.mark.parametrize("firmware", drawn(["0.1.0", "0.2.0"], 1))
 def test_experiments_that_seek_the_stops_pass_a_guarded_healthy_hand(firmware):
     with guarded(firmware=firmware) as target:
         result = validate(target, ["audit", "excursion", "coupling", "response"])

@@ -17,7 +17,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition,
 from aero.protocol import MAX_CODE
 
 PROGRAMS = int(os.environ.get("RANDOM_PROGRAMS", "40"))
-QUICK = {"max_examples": 12, "stateful_step_count": 10}
+QUICK = {"max_examples": 6, "stateful_step_count": 10}
 HOW = settings(deadline=None, suppress_health_check=list(HealthCheck), report_multiple_bugs=False, print_blob=False)
 
 poses = st.lists(st.sampled_from([0, MAX_CODE, MAX_CODE // 2, MAX_CODE // 4]), min_size=7, max_size=7)

@@ -12,6 +12,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
+from drawn import drawn
 
 from aero import Channel
 from aero.protocol import MAX_CODE
@@ -66,7 +67,7 @@ class Slipping:
         return float(np.mean(read))
 
 
-@pytest.mark.parametrize("counts", [-400, 400])
+@pytest.mark.parametrize("counts", drawn([-400, 400], 1))
 def test_a_slip_of_400_counts_at_rest_is_not_noticed_and_a_known_command_shows_it_in_one_direction(counts):
     """Figures of the unit `plausible:0`, firmware 0.2.0.
 

@@ -20,6 +20,7 @@ def run(folder, *options):
     return CliRunner().invoke(main, [*NOISY, "--out", str(folder / "out"), *options])
 
 
+@pytest.mark.slow
 def test_nothing_is_logged_to_the_terminal_unless_asked_for(tmp_path):
     """The board restarts while it homes, before any recording takes the warning."""
     restarting = ["validate", "--only", "presence", "--fault", "board_restart@0.5", "--out", str(tmp_path / "out")]

@@ -80,7 +80,7 @@ def walk(seed, lines, monkeypatch):
 
 
 @given(st.integers(0, 10_000))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=4, deadline=None)
 def test_random_acts_end_no_emulator(seed):
     with pytest.MonkeyPatch.context() as monkeypatch:
         walk(seed, 60, monkeypatch)

@@ -42,6 +42,7 @@ def test_another_version_that_explains_the_run_is_named_and_leads_to_a_case():
     assert found.step.command.startswith("aero-hil diagnose")
 
 
+@pytest.mark.slow
 def test_what_most_channels_share_is_said_once():
     with open_target(homed=True) as target:
         target.act("hold")

@@ -50,6 +50,7 @@ def test_an_answer_follows_from_what_is_noticed(noticed, yes):
     assert differs(noticed) is yes
 
 
+@pytest.mark.slow
 def test_what_homing_or_eyes_find_is_answered_by_what_the_hand_shows():
     played = play([parse_fault("digit_jammed:ring")], "plausible:420008", 420008, "0.1.5", "left")
     assert played.found

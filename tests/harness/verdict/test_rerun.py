@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from drawn import drawn
 
 from aero.channels import Channel
 from aero.protocol import Opcode
@@ -37,7 +38,7 @@ def test_what_is_run_again_fails_on_the_same_hand(fault):
     assert not run.passed
 
 
-@pytest.mark.parametrize("name", [*ENDING, *(pytest.param(name, marks=pytest.mark.slow) for name in DRAWN)])
+@pytest.mark.parametrize("name", drawn([*ENDING, *DRAWN], 1))
 def test_what_a_default_run_finds_fails_again(name):
     """No case may begin with what passes on the broken hand."""
     fault = CATALOGUE[name]

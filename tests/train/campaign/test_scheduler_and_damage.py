@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from damaged_files import damaged
+from drawn import drawn
 
 from hil.cli import main
 from train.campaign.store import NAME, StoreError, opened
@@ -69,7 +70,9 @@ def test_a_damaged_store_gives_its_outcomes_or_one_line(campaign, seed, tmp_path
         assert found in (right, [])
 
 
-@pytest.mark.parametrize("line", ["hil.cli campaign --healthy 1 --only presence --out D", "train.limits --out D"])
+@pytest.mark.parametrize(
+    "line", drawn(["hil.cli campaign --healthy 1 --only presence --out D", "train.limits --out D"], 1)
+)
 def test_every_command_says_that_a_store_is_damaged(campaign, line, tmp_path):
     shutil.copytree(campaign, tmp_path / "D")
     path = tmp_path / "D" / NAME

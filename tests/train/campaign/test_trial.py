@@ -3,6 +3,7 @@
 from dataclasses import asdict, replace
 from functools import cache
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -64,6 +65,7 @@ def test_half_of_the_healthy_hands_are_found_under_conditions_and_no_faulty_one(
     assert {hand.conditions for hand in faulty_hands(["motor_dead"], first, 16)} == {()}
 
 
+@pytest.mark.slow
 def test_stopping_early_keeps_the_verdict_and_leaves_out_the_rest():
     """A hand fails when any check does, so that the first failure decides; a healthy one runs to its end."""
     early = replace(TRIAL, experiments=("presence", "audit", "coupling"), stop_early=True)
