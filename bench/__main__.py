@@ -41,11 +41,14 @@ def measured(row: str, tree: Path) -> float:
     """Run a row once in a process of its own on the code in `tree`, s.
 
     Raises:
-        CalledProcessError: the row does not run on that code.
+        click.ClickException: the row does not run on that code; the message is the last line that it printed.
     """
     command = [sys.executable, "-P", str(HERE / "work.py"), row]
     environment = {**os.environ, "PYTHONPATH": str(tree)}
-    return float(subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE, text=True).stdout)
+    ran = subprocess.run(command, env=environment, check=False, capture_output=True, text=True)
+    if ran.returncode:
+        raise click.ClickException(f"{row} does not run: {(ran.stderr.strip().splitlines() or ['no output'])[-1]}")
+    return float(ran.stdout)
 
 
 def compared(row: str, here: Path, other: Path, measure: Measure = measured) -> tuple[list[float], float, float]:
@@ -98,18 +101,21 @@ def main(against: str | None, rows: tuple[str, ...]) -> None:
         for row in rows or ROWS:
             click.echo(f"{row:14} {median(measured(row, here) for _ in range(ROUNDS)):9.3g} s")
         return
-    slower = []
+    slower, together = [], 0
     with checked_out(against) as other:
         for row in rows or ROWS:
             try:
                 measured(row, other)  # its compiled files are written, too
-            except subprocess.CalledProcessError:
-                click.echo(f"{row:14} does not run on {against}; not compared")
+            except click.ClickException as error:
+                click.echo(f"{row:14} not compared with {against}: {error.message}")
                 continue
+            together += 1
             ratios, now, before = compared(row, here, other)
             each = " and ".join(f"{ratio:.2f}" for ratio in ratios)
             click.echo(f"{row:14} {now:9.3g} s, {before:9.3g} s at {against}: ratio {each}")
             slower += [row] if is_slower(ratios) else []
+    if not together:
+        raise click.UsageError(f"no row runs on {against}, so that nothing was compared")
     if slower:
         click.echo(f"slower than {against} by more than {SLOWER - 1:.0%} in each of {RUNS} runs: {', '.join(slower)}")
         sys.exit(1)

@@ -224,6 +224,8 @@ class Interface:
     def _parsed(cls, table: Mapping[str, Any]) -> Self:
         _check_names("the file", table, {"observation", "action", "rate_hz", "torque_limit"})
         parts = []
+        if not isinstance(table["observation"], list):
+            raise ValueError("the parts of an observation are tables under [[observation]], with two brackets")
         for row in table["observation"]:
             _check_names("an observation", row, {"field", "channels", "scale", "offset", "history"})
             scale, offset = _row(row.get("scale", 1.0)), _row(row.get("offset", 0.0))
@@ -294,9 +296,11 @@ def cube_interface(settings: PolicySettings, shown_action: ShownAction) -> Inter
     )
 
 
-def _check_names(where: str, table: Mapping[str, Any], known: set[str]) -> None:
+def _check_names(where: str, table: object, known: set[str]) -> None:
+    if not isinstance(table, dict):
+        raise ValueError(f"{where} is a table, got {table!r}")
     if unknown := sorted(set(table) - known):
-        raise ValueError(f"{where} knows no {', '.join(unknown)}; it has {', '.join(sorted(known))}")
+        raise ValueError(f"{where} knows no {', '.join(map(repr, unknown))}; it has {', '.join(sorted(known))}")
 
 
 def _check_row(name: str, row: Row, size: int, *, most: float) -> None:

@@ -154,9 +154,11 @@ class CaseSession:
 
     def _answer(self, question: Question[Answer]) -> Answer:
         """Return a stored answer, or ask and store the answer."""
-        if (line := self.stored.answers.get(question.text)) is not None:
+        with suppress(KeyError, ValueError):  # unknown, or of another version's question
+            line = self.stored.answers[question.text]
+            answer = question.read(line)
             self._asker.tell(f"answered   {question.text} {line or '-'}")
-            return question.read(line)
+            return answer
         answer = self._ask(question)
         answers = {**self.stored.answers, question.text: question.line(answer)}
         self._store(replace(self.stored, answers=answers))

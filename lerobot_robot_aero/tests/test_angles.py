@@ -94,3 +94,9 @@ def test_names_are_in_command_order():
 def test_a_missing_angle_is_named():
     with pytest.raises(ValueError, match=r"missing: ring\.pos"):
         listed({name: 0.0 for name in POSITIONS if name != "ring.pos"})
+
+
+@pytest.mark.parametrize("kind", [float, np.float32, np.array, lambda value: np.array([value])])
+def test_an_action_has_numbers_or_arrays_of_one_element(kind):
+    angles = listed({name: kind(float(place)) for place, name in enumerate(POSITIONS)})
+    assert angles.tolist() == list(range(7))

@@ -66,3 +66,17 @@ def test_an_unknown_commit_is_one_line(bench):
         bench["checked_out"]("no-such-commit"),
     ):
         pass
+
+
+@needs_git
+def test_a_commit_on_which_no_row_runs_is_an_error():
+    """It was two tracebacks and exit code 0."""
+    first = subprocess.run(
+        ["git", "rev-list", "--max-parents=0", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.split()[0]
+    ran = subprocess.run(
+        [sys.executable, "bench", "-k", "get_pos", "--against", first], cwd=ROOT, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert (ran.returncode, "Traceback" in ran.stderr) == (2, False), ran.stderr
+    assert "no row runs on" in ran.stderr

@@ -47,6 +47,8 @@ class Port:
     """Whether this user may read and write the port."""
     group: str = ""
     """Group that owns the port, or ""."""
+    server: str = ""
+    """Account that serves a pseudo-terminal; "" for a port of a device."""
     holders: tuple[str, ...] = ()
     """Programs that have the port open, as `name (process ID)`, as far as visible to this user."""
 
@@ -68,10 +70,11 @@ def _read_port(device: str, usb: tuple[int, int] | None = None, serial_number: s
     """Return the system data of a port, without opening it."""
     real = os.path.realpath(device)
     try:
-        group = Path(real).group()
+        group, owner = Path(real).group(), Path(real).owner()
     except (OSError, KeyError, NotImplementedError):
-        group = ""
-    return Port(device, usb, serial_number, os.access(real, os.R_OK | os.W_OK), group, holders(real))
+        group = owner = ""
+    server = owner if real.startswith("/dev/pts/") else ""
+    return Port(device, usb, serial_number, os.access(real, os.R_OK | os.W_OK), group, server, holders(real))
 
 
 def holders(device: str) -> tuple[str, ...]:
@@ -118,6 +121,9 @@ def _check_port(port: Port) -> Iterator[Examined]:
     data = {"device": device, "group": port.group, "permitted": port.permitted}
     if port.permitted:
         yield Examined("rights", Verdict.OK, f"{device} can be read and written", data=data)
+    elif port.server:
+        found = f"{device} is a pseudo-terminal of the account `{port.server}`, and this user may not use it"
+        yield Examined("rights", Verdict.WRONG, found, "serve and use the hand under one account", data=data)
     else:
         found = f"{device} belongs to the group `{port.group}`, and this user may not use it"
         remedy = f"sudo usermod -aG {port.group or 'dialout'} $USER and log in again; or copy this rule"
@@ -180,7 +186,8 @@ def check_hand(port: str, held_by: Sequence[str] = ()) -> Iterator[Examined]:
         else:
             answers = ask(port)
     except (AeroError, ConnectionError, ValueError) as error:
-        verdict, found = Verdict.WRONG, f"{_busy()}{error}"
+        # a port that cannot be opened was not asked, so that no reply was late
+        verdict, found = Verdict.WRONG, f"{_busy() if isinstance(error, AeroError) else ''}{error}"
         remedy = "look at the lines about the port above; then supply, cable, and whether this is the hand's port"
         if port.startswith("socket://"):
             url = port.replace("socket", "rfc2217", 1)

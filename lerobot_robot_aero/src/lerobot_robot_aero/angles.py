@@ -76,4 +76,9 @@ def listed(action: Mapping[str, Any]) -> NDArray[np.float64]:
     missing = [name for name in POSITIONS if name not in action]
     if missing:
         raise ValueError(f"an action needs all seven angles; missing: {', '.join(missing)}")
-    return np.array([float(action[name]) for name in POSITIONS])
+    return np.array([_number(action[name]) for name in POSITIONS])
+
+
+def _number(value: Any) -> float:
+    # a tensor may be on another device, and NumPy no longer converts an array of one element by float()
+    return float(value.item() if hasattr(value, "item") else value)

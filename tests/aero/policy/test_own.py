@@ -96,7 +96,7 @@ WRONG = {
     'field = "last_action"': ('field = "speed"', "no field 'speed'"),
     '["index", "middle", "ring", "pinky", "thumb_cmc': ('["index", "index", "ring", "pinky", "thumb_cmc', "once each"),
     '"thumb_flexor", "thumb_abduction"]': ('"thumb_flexor"]', "failed on an observation of 13"),
-    "torque_limit = 0.5": ("torque = 0.5", "knows no torque"),
+    "torque_limit = 0.5": ("torque = 0.5", "knows no 'torque'"),
     "scale = [0.02, 0.02,": ("scale = [0.02,", "scale needs one number or 7"),
     "nominal = [0.09,": ("nominal = [nan,", "nominal must be finite"),
 }
@@ -260,3 +260,20 @@ def test_a_declared_policy_takes_no_settings_of_the_cube_task(here):
 def test_a_file_without_a_clip_bounds_actions_to_one():
     assert Action((0.1,) * 7, (0.01,)).bounded(np.full(7, 9.0)).tolist() == [1.0] * 7
     assert Action((0.1,) * 7, (0.01,)).bounded(np.full(7, -9.0)).tolist() == [-1.0] * 7
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('[observation]\n"" = 1', "two brackets"),
+        ('[[observation]]\n"" = 1', "knows no ''"),
+        ("observation = [1]", "an observation is a table, got 1"),
+        ('action = 3\n[[observation]]\nfield = "lengths"', "the action is a table, got 3"),
+    ],
+)
+def test_a_table_of_another_kind_is_one_line(text, said, here):
+    (here / "mine.toml").write_text(text)
+    with pytest.raises(PolicyFileError) as caught:
+        Interface.load(here / "mine.toml")
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)

@@ -115,6 +115,15 @@ def test_a_case_that_is_put_down_is_taken_up_where_it_was(tmp_path):
     assert (done.outcomes, done.note) == ((StepOutcome.NO,), "alike")
 
 
+def test_a_stored_answer_that_its_question_does_not_have_is_asked_again(tmp_path):
+    folder = case_in(tmp_path, EMPTIED)
+    diagnosed(folder, "n\n")
+    (folder / "case.json").write_text((folder / "case.json").read_text().replace('"no"', '"perhaps"'))
+    diagnosed(folder, "n\nalike\n")
+    *_, done = read_case(folder).case.done
+    assert (done.outcomes, done.note) == ((StepOutcome.NO,), "alike")
+
+
 @pytest.mark.parametrize(
     ("table", "refused"),
     [('side = "left"', "side right, this is left"), ('firmware = "0.1.5"', "firmware"), ('side = "right"', "")],

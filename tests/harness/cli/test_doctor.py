@@ -151,3 +151,17 @@ def test_a_busy_computer_is_named_before_the_hand(monkeypatch: pytest.MonkeyPatc
     for load, said in ((1.0, "no reply"), (11.0, "this computer is busy (load 11 on 2 cores)")):
         monkeypatch.setattr(ports, "_load", lambda load=load: (load, 2))
         assert next(ports.check_hand("port")).finding.startswith(said)
+
+
+def test_a_port_that_was_not_asked_blames_no_busy_computer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ports, "_load", lambda: (11.0, 2))
+    (found,) = check_hand("/dev/there-is-no-such-port")
+    assert found.finding.startswith("cannot open /dev/there-is-no-such-port")
+
+
+def test_a_pseudo_terminal_of_another_account_needs_no_rule() -> None:
+    port = Port("/tmp/hand", permitted=False, group="tty", server="ada")
+    rights = next(one for one in check_ports([port], "/tmp/hand") if one.check == "rights")
+    assert "pseudo-terminal of the account `ada`" in rights.finding
+    assert not rights.copy
+    assert "usermod" not in rights.remedy
