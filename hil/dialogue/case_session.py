@@ -64,6 +64,7 @@ OUTCOMES = (
 MARKED = "Which digit has the marked servo now?"
 MOVED = "The program has moved the {where} three times. Which digit moved?"
 NOT_EXCHANGED = "The marked servo is not where the step puts it, or not known to be: the exchange shows nothing."
+NOTHING_MOVED = "No digit moves, so that nothing shows whether the IDs were exchanged."
 KEPT_IDS = "Another digit moves than was commanded, or none is known to: the servos kept their IDs."
 DIGITS: tuple[Option[Channel | str | None], ...] = (
     *(Option[Channel | str | None](subject_words(one.label), one, str(at)) for at, one in enumerate(Channel, start=1)),
@@ -75,7 +76,7 @@ ALL_CONNECTED = (Option("all is connected", True, "a"), Option("something was of
 REPEAT = "The run is inconclusive: a busy computer, hot servos, or a lost link. Ready to repeat it."
 REPEATED = Option("repeat", StepOutcome.STAYS)
 RUNS = 3
-"""Limit of runs after one step; a step without a conclusive run counts as not done."""
+"""Limit of runs after one step; a step without a conclusive run counts as not sure."""
 COOLS_S = 300.0
 """Time for servos to cool down after a stop for their temperature, s; an assumption, and a further stop waits again."""
 TRY_S = 1.0
@@ -204,11 +205,13 @@ class CaseSession:
         # only the run is repeated: a second exchange would put the servos back
         for _ in range(RUNS):
             if (outcomes := self._rerun(proposal, folder, freed=freed)) is not None:
-                doubt = self._crossed(proposal) if by_hand and step.check is StepCheck.FINGER else ""
+                # a failure that went along has shown by itself that the servos and their IDs were exchanged
+                ask = by_hand and step.check is StepCheck.FINGER and StepOutcome.MOVED not in outcomes
+                doubt = self._crossed(proposal) if ask else ""
                 return (unsure, doubt) if doubt else (outcomes, "")
             if self._ask(Choice(REPEAT, (REPEATED, NOT_DONE))) is StepOutcome.SKIPPED:
                 break
-        return skipped, ""
+        return unsure, "the runs after it were inconclusive"
 
     def _unproven(self, proposal: Proposal, before: PortIdentity) -> str:
         """Return why a step shows nothing although it was done, or an empty text."""
@@ -240,7 +243,7 @@ class CaseSession:
                 return ""
             if moved is not None:
                 return KEPT_IDS
-        return ""
+        return NOTHING_MOVED
 
     def _rerun(self, proposal: Proposal, folder: Path, *, freed: bool) -> Outcomes | None:
         """Rerun the failure after a step; return the outcome of each group, None if inconclusive."""

@@ -29,6 +29,8 @@ NOTICED = (
 """Noticeable differences: friction, N m; springs, fraction; stops, rad."""
 SLACK_M = 4e-3
 """Threshold of cable length error, m; above it the cable visibly looks slack or tight."""
+FREE_M = 0.05
+"""Threshold of cable length error, m; above it the digit is bent as without a cable."""
 NOT_SET = 0
 """Register value of an unset secondary ID."""
 SAME = "nothing differs"
@@ -37,10 +39,14 @@ SAME = "nothing differs"
 def felt_of_digit(assembly: HandAssembly, channel: Channel) -> tuple[str, ...]:
     """Return the differences from the healthy hand that are felt when bending a digit; empty for none."""
     now, was = assembly.unit.hand, assembly.healthy.hand
-    return tuple(
-        one.words
-        for one in NOTICED
-        if any(one.differs(getattr(now, one.field)[at], getattr(was, one.field)[at]) for at in JOINTS[channel])
+    free = now.cable_take_up[channel] - was.cable_take_up[channel] > FREE_M
+    return (
+        *["it is loose, as without its cable"] * free,
+        *(
+            one.words
+            for one in NOTICED
+            if any(one.differs(getattr(now, one.field)[at], getattr(was, one.field)[at]) for at in JOINTS[channel])
+        ),
     )
 
 

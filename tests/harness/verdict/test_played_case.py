@@ -1,13 +1,16 @@
 """Whole cases, played by an owner who knows what is shown: the part goes along with what is exchanged."""
 
 import pytest
-from owner import differs, is_right, play
+from figures.strangers.helpers import linked, passing
+from owner import Slip, differs, is_right, play
 
 from aero.channels import Channel
+from aero.protocol import Opcode
 from hil.emulated.faults import parse_fault
 from hil.verdict.noticed import Differences, Flashed, Removed, Voltages
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
+from hil.verdict.steps import StepOutcome
 
 
 @pytest.mark.parametrize(
@@ -56,3 +59,39 @@ def test_what_homing_or_eyes_find_is_answered_by_what_the_hand_shows():
     assert played.found
     assert any("bent ring: it bends with more resistance" in str(line) for line in played.shown)
     assert is_right(played.told[0], parse_fault("digit_jammed:ring"))
+
+
+@pytest.mark.parametrize(
+    "slip", [slip if slip is Slip.DOES_NOTHING else pytest.param(slip, marks=pytest.mark.slow) for slip in Slip]
+)
+def test_an_owner_who_makes_a_mistake_convicts_no_good_part(slip):
+    """Servos that kept their IDs convicted a good digit, after 39 minutes, to be taken apart."""
+    fault = parse_fault("motor_dead:ring")
+    played = play([fault], "plausible:420007", 420007, "0.2.0", "right", slip=slip)
+    assert played.found
+    assert all(is_right(suspect, fault) for suspect in played.told)
+    if slip is not Slip.WRONG_ANSWER:
+        (done,) = (one for one in played.case.done if one.proposal.step.name == "exchange")
+        assert {*done.outcomes} == {StepOutcome.UNSURE}
+        assert done.note
+
+
+@pytest.mark.slow
+def test_a_lost_acknowledgement_hides_no_weak_motor():
+    """A board and a supply were bought for a servo, and nobody remained."""
+    weak = parse_fault("motor_weak:middle=0.5")
+    lost = linked("ack_lost", Part.USB, "one acknowledgement is lost", passing("from_hand", once_lost)).at()
+    played = play([weak, lost], "plausible:420007", 420007, "0.2.0", "right")
+    assert played.told == (Suspect(Part.SERVO, Channel.MIDDLE),)
+
+
+def once_lost(_side, _fault):
+    left = [1]
+
+    def passed(data, _now):
+        if data[0] == Opcode.SET_TOR and left:
+            left.pop()
+            return []
+        return [(0.0, data)]
+
+    return passed

@@ -325,7 +325,7 @@ def test_every_act_is_undone(target, act):
         ("digit_jammed:ring", "feel pinky", "bent pinky: nothing differs"),
         ("spring_off:index=1", "feel index", "bent index: it springs back otherwise"),
         ("cable_snapped:middle", "look middle", "looked at middle: its cable is slack"),
-        ("cable_snapped:middle", "feel middle", "bent middle: nothing differs"),
+        ("cable_snapped:middle", "feel middle", "bent middle: it is loose, as without its cable"),
         ("winding_reversed:ring", "look ring", "looked at ring: its cable lies otherwise on its spool"),
         ("servo_missing:pinky", "registers", "read the bus: ID 6 does not answer"),
         ("servo_id_doubled:ring", "registers", "read the bus: ID 5 does not answer; ID 6 answers twice"),
