@@ -31,7 +31,7 @@ START_S = 60.0
 STEP_S = 2.0
 """Time-out of later actions, s, or `PERIODS` control periods if longer."""
 PERIODS = 4
-EXIT_S = 5.0
+EXIT_S = 3.0
 """Time for the process to exit after the end of its input, s; it then kills itself."""
 SOURCE = ".py"
 MOST_SHOWN = 80
@@ -156,12 +156,13 @@ def _parsed(line: str) -> dict[str, Any] | None:
 
 
 def _end(process: ChildProcess, name: str) -> None:
+    running = process.running
     try:
         # A second more, because the process kills itself in time, even without this program.
         status = process.end(EXIT_S + 1.0, last_words="")
     except ChildTimeoutError:
         status = -signal.SIGKILL
-    if status == -signal.SIGKILL:
+    if running and status == -signal.SIGKILL:
         _show(f"{name} did not exit within {EXIT_S:g} s and was killed; files that it wrote may be incomplete")
 
 
