@@ -77,9 +77,11 @@ class _Line:
         if os.getpid() != self._owner:
             os._exit(0)
         left = memoryview(f"{json.dumps({'question': question} | content)}\n".encode())
-        with suppress(BrokenPipeError):  # the end of the input follows
+        try:
             while left:
                 left = left[os.write(self._answers, left) :]
+        except OSError:  # the end of the input follows, unless the policy has closed the descriptor
+            self._lines.put(None)
 
     def _take(self) -> None:
         with suppress(OSError, ValueError):  # the policy has closed our descriptors
