@@ -91,7 +91,7 @@ def lived(hand: WornHand, place: Path) -> Told:
         if not (folder / "checks.json").exists():
             folder.mkdir(parents=True, exist_ok=True)
             _run(hand, run, folder)
-    runs = of_hand(runs_in([place / hand.name])[0], hand.name)
+    runs, _ = of_hand(runs_in([place / hand.name])[0], hand.name)
     told, sentence = None, ""
     for count in range(1, RUNS + 1):
         if ours := [drift for drift in drifts_of(tracks_of(runs[:count])) if hand.wears(drift.track)]:

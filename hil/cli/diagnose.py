@@ -1,14 +1,19 @@
 """`aero-hil diagnose`: step-by-step isolation of the faulty part of a hand."""
 
+import os
+import shlex
 import sys
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import click
 
 from aero.clock import Clock, WallClock
 from aero.exit_code import Exit
+from aero.side import Side
 from hil.cli.exits import usage_errors
 from hil.cli.options import VIEW, open_hand
 from hil.dialogue.case_hand import CaseHand, CaseHelper
@@ -22,10 +27,11 @@ from hil.emulated.emulated_spec import named_spec
 from hil.emulated.standing_hand import StandingHand
 from hil.report.run_folder import CASE_PAGE
 from hil.targets.hand_spec import PHYSICAL, PortSpec
-from hil.targets.hands_file import fields_of
+from hil.targets.hands_file import called, fields_of
 from hil.targets.opening import serial_number
 from hil.targets.target import Target
-from hil.verdict.case_file import HandOfCase, StoredCase, read_case
+from hil.verdict.case import DiagnosisCase
+from hil.verdict.case_file import HandOfCase, read_case
 
 
 @dataclass(frozen=True)
@@ -41,6 +47,10 @@ class HandOnPort:
         return open_hand(self.spec, may_be_silent=may_be_silent)
 
 
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+BASELINE = click.Path(exists=True, file_okay=False, path_type=Path)
+
+
 @click.command()
 @click.argument(
     "folder", metavar="[CASE]", type=click.Path(exists=True, file_okay=False, path_type=Path),
@@ -48,17 +58,32 @@ class HandOnPort:
 )  # fmt: skip
 @click.option("--hil", "port", metavar="TARGET", help="Port of the hand, or its name in hands.toml.")
 @VIEW
+@click.option("--unit", type=FILE, help="Unit file of the emulated hand of the case.")
+@click.option("--firmware-program", "program", type=FILE, help="Firmware program of the emulated hand of the case.")
+@click.option("--baseline", type=BASELINE, help="Baseline with which the run of the case was compared.")
 @click.option("--same-hand", is_flag=True, help="Accept another name or serial number for the hand of the case.")
-def diagnose(*, folder: Path, port: str | None, view: bool, same_hand: bool) -> None:
+def diagnose(
+    *,
+    folder: Path,
+    port: str | None,
+    view: bool,
+    unit: Path | None,
+    program: Path | None,
+    baseline: Path | None,
+    same_hand: bool,
+) -> None:
     """Isolate the faulty part of a hand step by step, with a rerun of the failed experiments after each step.
 
     CASE is the folder of the failed run (default: validation/latest), which also provides firmware version and side.
-    Without --hil, the emulated hand of the case is recreated with its faults, and the program can do each step. Ctrl-C
+    Without --hil, the emulated hand of the case is recreated with its faults, and the program can do each step. No file
+    is opened because a case names it; the command that a failed run prints names the files of its hand. Ctrl-C
     interrupts the case; the same command resumes it. Exits with 0 if the failure is gone and its cause known, else 1.
     """
     with usage_errors():
         stored = read_case(folder)
-        hand = _emulated(stored) if port is None else _on_port(stored.hand, port, same_hand=same_hand)
+        given = {"--unit": unit, "--firmware-program": program, "--baseline": baseline}
+        known = _with_files(stored.hand, {option: str(path.absolute()) for option, path in given.items() if path})
+        hand = _emulated(known, stored.case) if port is None else _on_port(known, port, same_hand=same_hand)
     asker = PageAsker(console()) if view else TerminalAsker(console())
     try:
         with asking(asker, hand.spec) as page:
@@ -73,21 +98,45 @@ def diagnose(*, folder: Path, port: str | None, view: bool, same_hand: bool) -> 
     sys.exit(Exit.WITHIN_LIMITS if session.case.mended else Exit.OUT_OF_LIMITS)
 
 
-def _emulated(stored: StoredCase) -> CaseHand:
+def _with_files(hand: HandOfCase, given: Mapping[str, str]) -> HandOfCase:
+    """Return the hand of a case with its files as the command line names them.
+
+    Raises:
+        ValueError: a file that the case does not have, or does not get.
+    """
+    if strange := sorted(given.keys() - hand.options.keys()):
+        raise ValueError(f"the hand of this case has no {', '.join(strange)}")
+    if missing := {option: path for option, path in hand.options.items() if option not in given}:
+        words = shlex.join(word for pair in missing.items() for word in pair)
+        raise ValueError(f"no file is opened because a case names it; add {words}")
+    fields: dict[str, Any] = {option.removeprefix("--").replace("-", "_"): path for option, path in given.items()}
+    return replace(hand, **fields)
+
+
+def _emulated(known: HandOfCase, case: DiagnosisCase) -> CaseHand:
     """Return the emulated hand of a case in its state after the last step."""
-    if stored.hand.unit == PHYSICAL:
+    if known.unit == PHYSICAL:
         raise click.UsageError("the case is of a hand on a port; give it with --hil")
-    hand = EmulatedCaseHand(StandingHand(emulated_hand(stored.hand)))
-    hand.redo(stored.case)
+    hand = EmulatedCaseHand(StandingHand(emulated_hand(known)))
+    hand.redo(case)
     return hand
 
 
 def _on_port(known: HandOfCase, port: str, *, same_hand: bool) -> CaseHand:
     """Return the hand on a port after checking that it is the case's."""
-    hand = named_spec(port)
+    hand = named_spec(_name_of(port, known.hand_id))
     if hand.in_software:
         raise click.UsageError("a port or a name is given with --hil; leave it out for the emulated hand of the case")
     if not same_hand:
         serial = serial_number(hand.port)
         known.require_same({"hand_id": hand.hand_id or serial, "serial_number": serial, **fields_of(port)})
-    return HandOnPort(replace(hand, firmware=known.firmware, side="left" if known.side == "left" else "right"))
+    side: Side = "left" if known.side == "left" else "right"
+    baseline = Path(known.baseline) if known.baseline else hand.baseline
+    return HandOnPort(replace(hand, firmware=known.firmware, side=side, baseline=baseline))
+
+
+def _name_of(port: str, name: str) -> str:
+    """Return the name of the case's hand if `hands.toml` gives it this port, for its thresholds; else the port."""
+    if called(port, name) == name and os.path.realpath(fields_of(name)["port"]) == os.path.realpath(port):
+        return name
+    return port

@@ -37,7 +37,10 @@ def history(*, hand: str, folders: tuple[Path, ...], out: Path) -> None:
     runs, refused = runs_in(places)
     for folder, reason in refused:
         echo(f"left out: {folder}: {reason}", err=True)
-    mine = of_hand(runs, hand)
+    with usage_errors():
+        mine, doubtful = of_hand(runs, hand)
+    for folder, reason in doubtful:
+        echo(f"left out: {folder}: {reason}", err=True)
     if not mine:
         known = f"hands there: {named}" if (named := ", ".join(names_in(runs))) else "no run there names its hand"
         raise Ended(f"no run of {printable(hand)!r}; {known}", Exit.USAGE)

@@ -1,5 +1,6 @@
 """Implementation of `aero-hil validate`, separate from its options because it imports MuJoCo and a plotting library."""
 
+import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -24,6 +25,8 @@ from hil.dialogue.terminal import ProgressBar
 from hil.dialogue.terminal import console as new_console
 from hil.dialogue.terminal_asker import TerminalAsker
 from hil.dialogue.viewing import telling
+from hil.emulated.emulated_case import hand_of_case
+from hil.emulated.emulated_spec import with_fields
 from hil.recordings.output import claimed, emptied, run_folder
 from hil.report.results import write_figures, write_results
 from hil.report.run_folder import clear_run, require_no_steps
@@ -31,6 +34,8 @@ from hil.report.text import result_line, run_text
 from hil.targets.hand_errors import FaultNeverFiredError
 from hil.targets.hand_spec import PortSpec
 from hil.verdict.baseline import load
+from hil.verdict.case_file import HandOfCase
+from hil.verdict.diagnosis import Diagnosis
 from hil.verdict.findings import failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import EndKind, ended_at_closing
@@ -87,8 +92,9 @@ def run(
     with usage_errors():
         if baseline is not None:
             load(baseline)
+        spec = with_fields(spec, homed=homed, faults=faults)
         # a hand that does not answer gets a case as well
-        opening = open_hand(spec, homed=homed, faults=faults, may_be_silent=not dry_run)
+        opening = open_hand(spec, may_be_silent=not dry_run)
         folder = None if dry_run else _prepared(out, baseline)
         if folder is not None and (folder / "checks.json").exists():
             console.print(f"the results in {folder} are replaced")
@@ -135,10 +141,13 @@ def run(
             if result is None or folder is None:
                 raise
             result = replace(result, end=ended_at_closing(result.end, error))
+        hand = None if result.header is None else hand_of_case(result.header, spec, baseline)
+        if hand is not None:
+            result = replace(result, diagnosis=_with_files(result.diagnosis, hand))
         _show(result, observer)
         for line in run_text(result, str(folder / "report.html")):
             console.print(line)
-        write_results(result, folder)
+        write_results(result, folder, hand)
     _end(result, folder)
 
 
@@ -148,6 +157,15 @@ def _prepared(out: Path | None, baseline: Path | None) -> Path:
         return run_folder(Path("validation"))
     require_no_steps(out)
     return FOLDER.prepared(out, *(() if baseline is None else (baseline,)))
+
+
+def _with_files(diagnosis: Diagnosis, hand: HandOfCase) -> Diagnosis:
+    """Return a diagnosis whose command names the files of the hand."""
+    if diagnosis.step is None or diagnosis.case is None:
+        return diagnosis
+    files = shlex.join(word for pair in hand.options.items() for word in pair)
+    command = f"{diagnosis.step.command} {files}".rstrip()
+    return replace(diagnosis, step=replace(diagnosis.step, command=command))
 
 
 def _show(result: Validation, observer: Observer) -> None:

@@ -32,13 +32,14 @@ from hil.dialogue.case_hand import CaseHand, CaseHelper
 from hil.recordings.errors import UnusableFileError
 from hil.report.page import render_case
 from hil.report.results import write_results
-from hil.report.run_folder import CASE_PAGE, STEP, clear_run
+from hil.report.run_folder import CASE_PAGE, clear_run
 from hil.targets.boot_text import identify
 from hil.targets.hand_errors import NoHandError
+from hil.targets.hands_file import called
 from hil.targets.port_identity import PortIdentity
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase
-from hil.verdict.case_file import CASE, StoredCase, read_case, write_case
+from hil.verdict.case_file import CASE, STEP, StoredCase, read_case, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.diagnosis import NextStep
 from hil.verdict.group import Proposal
@@ -126,7 +127,7 @@ class CaseSession:
         spec, wrong = self._hand.spec, not self.case.gone and any(mode.of_hand for mode in self.case.shown)
         named = ["--firmware", "VERSION", "--hand", "SIDE"] if wrong else ["--firmware", spec.firmware]
         side = ["--hand", spec.side] if spec.side == "left" and not wrong else []
-        return shlex.join(["aero-hil", "validate", "--hil", spec.port, *named, *side])
+        return shlex.join(["aero-hil", "validate", "--hil", called(spec.port, spec.hand_id), *named, *side])
 
     @property
     def _done(self) -> tuple[str, ...]:
@@ -253,7 +254,10 @@ class CaseSession:
             with let_through_at_entry(self._opened()) as opened:
                 folder.mkdir(exist_ok=True)
                 clear_run(folder)
-                done = rerun(opened, self.case, proposal, freed=freed, folder=folder, progress=self._asker.progress)
+                done = rerun(
+                    opened, self.case, proposal, freed=freed, folder=folder, baseline=self._hand.spec.baseline,
+                    progress=self._asker.progress,
+                )  # fmt: skip
         except SafetyStopError as error:
             self._asker.tell(str(error))
             if done is None:
@@ -269,7 +273,10 @@ class CaseSession:
             self._asker.tell(text)
             outcomes = outcomes and (StepOutcome.UNSURE,) * len(outcomes)
         # the run belongs to this case and opens no other
-        go_on = NextStep(GO_ON, shlex.join(["aero-hil", "diagnose", str(self._folder), "--hil", self._hand.spec.port]))
+        spec = self._hand.spec
+        port = [] if spec.in_software else ["--hil", called(spec.port, spec.hand_id)]
+        files = [word for pair in self.stored.hand.options.items() for word in pair]
+        go_on = NextStep(GO_ON, shlex.join(["aero-hil", "diagnose", str(self._folder), *port, *files]))
         write_results(replace(run, diagnosis=replace(run.diagnosis, case=None, step=go_on)), folder)
         if run.end.kind is EndKind.INTERRUPTED and run.end.error is not None:
             raise run.end.error

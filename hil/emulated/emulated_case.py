@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, suppress
+from dataclasses import replace
+from pathlib import Path
 from typing import Literal
 
 from aero.channels import FINGERS, Channel
@@ -13,7 +15,9 @@ from hil.emulated.faults import parse_fault
 from hil.emulated.faults.acts import act
 from hil.emulated.faults.workbench import EMPTIED
 from hil.emulated.standing_hand import StandingHand
+from hil.recordings.recording import Header
 from hil.targets.hand_errors import NoHandError
+from hil.targets.hand_spec import PortSpec
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import HandOfCase
@@ -119,4 +123,26 @@ def emulated_hand(hand: HandOfCase) -> EmulatedSpec:
     """
     side: Literal["left", "right"] = "left" if hand.side == "left" else "right"
     faults = tuple(map(parse_fault, hand.faults.split()))
-    return EmulatedSpec(firmware=hand.firmware, side=side, unit=hand.unit, seed=hand.seed, homed=True, faults=faults)
+    return EmulatedSpec(
+        firmware=hand.firmware,
+        side=side,
+        unit=hand.unit,
+        seed=hand.seed,
+        homed=hand.zeros == "homed",
+        faults=faults,
+        firmware_program=Path(hand.firmware_program) if hand.firmware_program else None,
+        baseline=Path(hand.baseline) if hand.baseline else None,
+    )
+
+
+def hand_of_case(header: Header, spec: PortSpec, baseline: Path | None) -> HandOfCase:
+    """Return the hand of a case from a recording, and from the specification what a recording does not hold."""
+    hand = replace(HandOfCase.of(header), baseline="" if baseline is None else str(baseline.absolute()))
+    if not isinstance(spec, EmulatedSpec):
+        return hand
+    return replace(
+        hand,
+        unit=str(Path(spec.unit).absolute()) if spec.unit.endswith(".toml") else spec.unit,
+        zeros="homed" if spec.homed else "ideal",
+        firmware_program="" if spec.firmware_program is None else str(spec.firmware_program.absolute()),
+    )

@@ -30,8 +30,13 @@ def write_figures(validation: Validation, out: Path) -> None:
         write_whole(out / "metrics.json", json_text(metrics))
 
 
-def write_results(validation: Validation, out: Path) -> None:
-    """Write the figures and the report into the folder of the run's recordings.
+def write_results(validation: Validation, out: Path, hand: HandOfCase | None = None) -> None:
+    """Write the figures, the report and the case into the folder of the run's recordings.
+
+    Args:
+        validation: the run.
+        out: the folder.
+        hand: hand of the case; None takes what the recordings hold.
 
     Raises:
         OSError: the folder cannot be written.
@@ -41,7 +46,7 @@ def write_results(validation: Validation, out: Path) -> None:
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))
     if (case := validation.diagnosis.case) is not None and (header := validation.header) is not None:
-        write_case(out, StoredCase(case, HandOfCase.of(header)))
+        write_case(out, StoredCase(case, hand or HandOfCase.of(header)))
 
 
 def metrics_json(validation: Validation) -> dict[str, object] | None:

@@ -5,12 +5,10 @@ from pathlib import Path
 
 from hil.checks import EXPERIMENTS, WHOLE_RUN
 from hil.recordings.errors import UnusableFileError
-from hil.verdict.case_file import CASE, read_case
+from hil.verdict.case_file import CASE, STEP, read_case
 
 JUDGED_NAMES = (*EXPERIMENTS, WHOLE_RUN.name)
 CASE_PAGE = "case.html"
-STEP = "step-{}"
-"""Folder of the rerun after a step of the case, by the step's number."""
 DATA = frozenset({CASE, "checks.json", "measured.csv", "metrics.json", *(f"{name}.mcap" for name in JUDGED_NAMES)})
 """Files that cannot be computed again from others."""
 DERIVED = frozenset({CASE_PAGE, "report.html", "openhtf.json", *(f"{name}-foxglove.mcap" for name in JUDGED_NAMES)})

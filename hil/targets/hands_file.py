@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,15 @@ def fields_of(target: str) -> Fields:
         f"known are `emulated`, `pty`, the path or pyserial URL of a port "
         f"(/dev/ttyACM0, COM3, socket://HOST:PORT), and {there}"
     )
+
+
+def called(port: str, hand_id: str) -> str:
+    """Return the value of `--hil` for a hand: its name, if `hands.toml` has it here, else its port."""
+    if not _may_name(hand_id):
+        return port
+    with suppress(ValueError):
+        return hand_id if fields_of(hand_id).get("hand_id") == hand_id else port
+    return port
 
 
 def files() -> tuple[Path, ...]:

@@ -25,6 +25,9 @@ from hil.targets.hands_file import EMULATED_TARGETS, fields_of
 from hil.targets.target import Target
 from hil.targets.wire_log import WireLog
 
+NOT_UNIQUE = frozenset({"0001"})
+"""Serial numbers of many boards: that of a CP2102 as delivered (Silicon Labs, AN144)."""
+
 
 def open_port(
     port: str,
@@ -99,9 +102,10 @@ class Opening:
 
 
 def serial_number(port: str) -> str:
-    """Return the serial number of a USB port; empty if it has none."""
+    """Return the serial number of a USB port; empty if it has none that identifies it."""
     device = os.path.realpath(port)
-    return next((found.serial_number or "" for found in comports() if found.device == device), "")
+    number = next((found.serial_number or "" for found in comports() if found.device == device), "")
+    return "" if number in NOT_UNIQUE else number
 
 
 @contextmanager

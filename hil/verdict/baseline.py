@@ -17,6 +17,8 @@ from hil.verdict.findings import Finding
 
 LARGEST_BYTES = 16 * 2**20
 """Size limit of a run's figures, bytes; a run has some ten thousand figures."""
+LARGEST = 1e12
+"""Limit of a figure; units are SI, millimetres and counts."""
 FIELDS = {"hand", "passed", "not_run", "counts", "measured", "findings", "diagnosis", "withheld"}
 """Fields of `checks.json`."""
 
@@ -42,7 +44,7 @@ class Baseline:
         """
         for name in SAME:
             then = self.hand[name]
-            if then and now[name] and then != now[name]:
+            if then and now[name] and not _ends_alike(then, now[name]):
                 what = name.replace("_", " ")
                 raise UnusableFileError(
                     f"the baseline {self.where} is of another hand: {what} {then}, this is {now[name]}"
@@ -52,6 +54,13 @@ class Baseline:
     def source(self) -> str:
         """Source of the expectation in a comparison with this baseline."""
         return f"baseline {self.where}, commit {self.hand.get('commit') or 'not known'}"
+
+
+def _ends_alike(one: str, other: str) -> bool:
+    """Return whether two texts are equal, or paths of which one ends with the other, as those of a unit file may."""
+    first, second = Path(one).parts, Path(other).parts
+    count = min(len(first), len(second))
+    return one == other or (one.endswith(".toml") and first[-count:] == second[-count:])
 
 
 def described(header: Header) -> dict[str, str]:
@@ -130,8 +139,8 @@ def _is_figure(metric: str, value: object) -> bool:
     """Return whether a metric has a value; null marks an unmeasurable one."""
     if not (value is None or isinstance(value, (int, float, str))) or isinstance(value, bool):
         raise TypeError(f"{metric} is {value!r}, not a number")
-    if isinstance(value, (int, float)) and not math.isfinite(value):
-        raise ValueError(f"{metric} is {value}")
+    if isinstance(value, (int, float)) and not abs(value) <= LARGEST:
+        raise ValueError(f"{metric} is {value:.4}" if isinstance(value, float) else f"{metric} is too large a number")
     return isinstance(value, (int, float))
 
 

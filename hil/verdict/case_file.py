@@ -26,6 +26,8 @@ from hil.verdict.parts import Suspect
 from hil.verdict.steps import StepOutcome, steps
 
 CASE = "case.json"
+STEP = "step-{}"
+"""Folder of the rerun after a step of a case, by the step's number, in the folder of the case."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,13 @@ class HandOfCase:
     serial_number: str = ""
     """Serial number of the USB port; empty without a USB port."""
     unit: str = PHYSICAL
-    """Unit of an emulated hand."""
+    """Unit of an emulated hand; a file with its whole path."""
+    firmware_program: str = ""
+    """Program on the board of an emulated hand; empty for an emulated board."""
+    zeros: str = "homed"
+    """Encoder zeros of an emulated hand: `homed` or `ideal`."""
+    baseline: str = ""
+    """Folder with the baseline of the hand, with its whole path; empty without one."""
     seed: int = 0
     faults: str = ""
     """Faults of an emulated hand in the format of `hil.emulated.faults.parse_fault`, separated by blanks."""
@@ -48,26 +56,33 @@ class HandOfCase:
     def of(cls, header: Header) -> Self:
         """Return the hand of a recording."""
         return cls(
-            header.firmware, header.hand, header.hand_id, header.serial_number, header.unit, header.seed, header.faults
-        )
+            header.firmware, header.hand, header.hand_id, header.serial_number, header.unit, seed=header.seed,
+            faults=header.faults,
+        )  # fmt: skip
+
+    @property
+    def options(self) -> dict[str, str]:
+        """Options of `aero-hil diagnose` for the hand's files, since no file is opened because a case names it."""
+        unit = self.unit if self.unit.endswith(".toml") else ""
+        files = {"--unit": unit, "--firmware-program": self.firmware_program, "--baseline": self.baseline}
+        return {option: path for option, path in files.items() if path}
 
     def require_same(self, said: Mapping[str, str]) -> None:
-        """Raise unless the known fields `said` of a hand match this hand.
+        """Raise unless the fields `said` of a hand match this hand.
 
-        A serial number decides over a name.
+        A serial number decides over a name. A name on one side only is a difference, because the hand is not known.
 
         Raises:
-            NotOneHandError: another hand; the message names the field that differs.
+            NotOneHandError: another hand, or an unknown one; the message names the field that differs.
         """
-        compared = ["firmware", "side", "serial_number"]
-        if not (self.serial_number and said.get("serial_number")):
-            compared.append("hand_id")
-        for name in compared:
-            then, now = getattr(self, name), said.get(name)
-            if then and now and then != now:
+        by_number = bool(self.serial_number and said.get("serial_number"))
+        for name in ("firmware", "side", "serial_number" if by_number else "hand_id"):
+            then, now = getattr(self, name), said.get(name) or ""
+            if then != now and (name == "hand_id" or (then and now)):
                 what = {"hand_id": "name"}.get(name, name.replace("_", " "))
                 raise NotOneHandError(
-                    f"the case is of another hand: {what} {then}, this is {now}; --same-hand where it is the same hand"
+                    f"the case is of another hand: {what} {then or 'unknown'}, this is {now or 'unknown'}; "
+                    "--same-hand where it is the same hand"
                 )
 
 

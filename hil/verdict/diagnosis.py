@@ -7,7 +7,7 @@ from pathlib import Path
 from aero.channels import Channel
 from aero.printable import capital
 from hil.recordings.recording import Header
-from hil.targets.hands_file import EMULATED_TARGETS
+from hil.targets.hands_file import EMULATED_TARGETS, called
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.findings import Finding
 from hil.verdict.parts import Suspect, listed, place
@@ -82,5 +82,5 @@ def command_of_case(header: Header | None, folder: Path | None) -> str:
     if header is None:
         return ""
     # an emulated hand is recreated with the faults of the case
-    hand = [] if header.target in EMULATED_TARGETS else ["--hil", header.target]
+    hand = [] if header.target in EMULATED_TARGETS else ["--hil", called(header.target, header.hand_id)]
     return shlex.join(["aero-hil", "diagnose", *([] if folder is None else [str(folder)]), *hand])

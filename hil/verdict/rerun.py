@@ -125,13 +125,14 @@ def rerun(
     *,
     freed: bool = False,
     folder: Path | None = None,
+    baseline: Path | None = None,
     progress: CaseProgress = lambda _part, _doing, _left_s: None,
 ) -> tuple[Outcomes | None, Validation]:
     """Rerun the failing experiments of a case after a step; return the outcome of each group, and the run.
 
     The outcomes are None if the run is inconclusive. A step that homes does so again if part of a failure stays: the
     board finishes with its next homing what the step has started. `freed` is True if the user removed an object in
-    contact with the hand.
+    contact with the hand. `baseline` is a folder as for `validate`.
 
     Raises:
         OSError: a recording cannot be created.
@@ -139,17 +140,17 @@ def rerun(
     judge, plan = Judge.of_target(target), Plan.after(case, proposal.step, target.firmware)
     course = _Course(plan, progress)
     _prepare(target, plan, plan.homings, course)
-    run = _run(target, plan.first, folder, course)
+    run = _run(target, plan.first, folder, baseline, course)
     outcomes = outcomes_of_run(judge, case, plan.first, proposal, run)
     if plan.homings and outcomes and StepOutcome.PARTLY in outcomes:
         _prepare(target, plan, plan.homings, course)
-        run = _run(target, plan.first, folder, course)
+        run = _run(target, plan.first, folder, baseline, course)
         outcomes = outcomes_of_run(judge, case, plan.first, proposal, run)
     for names in plan.confirming:
         # Late, thermal or random faults can pass a shorter run, and chance a whole one.
         if outcomes and StepOutcome.GONE in outcomes:
             _prepare(target, plan, 0, course)
-            run = _run(target, names, folder, course)
+            run = _run(target, names, folder, baseline, course)
             again = outcomes_of_run(judge, case, names, proposal, run)
             outcomes = again and tuple(
                 new if one is StepOutcome.GONE else one for one, new in zip(outcomes, again, strict=True)
@@ -185,7 +186,9 @@ def _fails(run: Validation) -> bool:
     return any(one != busy and one.experiment != ALIKE.name for one in failed(run.findings))
 
 
-def _run(target: Target, names: Sequence[str], folder: Path | None, course: _Course) -> Validation:
+def _run(
+    target: Target, names: Sequence[str], folder: Path | None, baseline: Path | None, course: _Course
+) -> Validation:
     left = list(names)
 
     def result(_so_far: Validation) -> None:
@@ -194,7 +197,9 @@ def _run(target: Target, names: Sequence[str], folder: Path | None, course: _Cou
     def within(done: float, doing: str) -> None:
         course.within(EXPERIMENTS[left[0]].hand_s, done, f"{left[0]}: {doing}")
 
-    return validate(target, names, folder=folder, from_opening=False, progress=within, on_result=result)
+    return validate(
+        target, names, baseline=baseline, folder=folder, from_opening=False, progress=within, on_result=result
+    )
 
 
 def _prepare(target: Target, plan: Plan, homings: int, course: _Course) -> None:

@@ -1,7 +1,10 @@
 """`aero-hil diagnose` goes through the steps of a case, and ends with the part that one has convicted."""
 
 import html
+import sys
 from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -11,7 +14,9 @@ from aero.exit_code import Exit
 from hil.cli import diagnose, main
 from hil.dialogue.case_session import CaseSession
 from hil.emulated.any_hand import open_target
+from hil.emulated.emulated_case import emulated_hand
 from hil.recordings.errors import NotOneHandError, UnusableFileError
+from hil.targets import opening
 from hil.verdict import validation
 from hil.verdict.case import DiagnosisCase, Done
 from hil.verdict.case_file import HandOfCase, StoredCase, read_case, write_case
@@ -126,7 +131,11 @@ def test_a_stored_answer_that_its_question_does_not_have_is_asked_again(tmp_path
 
 @pytest.mark.parametrize(
     ("table", "refused"),
-    [('side = "left"', "side right, this is left"), ('firmware = "0.1.5"', "firmware"), ('side = "right"', "")],
+    [
+        ('side = "left"', "side right, this is left"),
+        ('firmware = "0.1.5"', "firmware"),
+        ('side = "right"', "name unknown, this is bench"),
+    ],
 )
 def test_another_hand_is_refused_before_anything_is_asked(table, refused, monkeypatch, tmp_path):
     """A case of a right hand drove a left one once, and said that the failure was gone."""
@@ -134,7 +143,7 @@ def test_another_hand_is_refused_before_anything_is_asked(table, refused, monkey
     monkeypatch.chdir(tmp_path)
     (tmp_path / "hands.toml").write_text(f'[bench]\nport = "/dev/nowhere"\n{table}\n')
     ended = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", "bench"], input="y\n\n")
-    assert (ended.exit_code == Exit.USAGE) is bool(refused)
+    assert ended.exit_code == Exit.USAGE
     assert refused in ended.output
     same = CliRunner().invoke(main, ["diagnose", str(folder), "--hil", "bench", "--same-hand"], input="y\n\nn\n\ns\n")
     assert same.exit_code == Exit.OUT_OF_LIMITS
@@ -146,6 +155,52 @@ def test_a_serial_number_decides_over_a_name():
     for other in ({"serial_number": "B2", "hand_id": "bench-right"}, {"hand_id": "bench-left", "serial_number": ""}):
         with pytest.raises(NotOneHandError, match="--same-hand"):
             hand.require_same(other)
+
+
+@pytest.mark.parametrize(("known", "said"), [("", "bench"), ("bench", ""), ("A1", "bench")])
+def test_an_unknown_name_is_no_name_of_every_hand(known, said):
+    with pytest.raises(NotOneHandError, match="of another hand: name"):
+        HandOfCase("0.2.0", "right", known).require_same({"hand_id": said, "serial_number": ""})
+    HandOfCase("0.2.0", "right", "").require_same({"hand_id": "", "serial_number": ""})
+
+
+def test_the_serial_number_that_a_cp2102_has_as_delivered_identifies_no_hand(monkeypatch):
+    for number, kept in (("0001", ""), ("F412FA", "F412FA")):
+        found = SimpleNamespace(device="/dev/null", serial_number=number)
+        monkeypatch.setattr(opening, "comports", lambda found=found: [found])
+        assert opening.serial_number("/dev/null") == kept
+
+
+def run_words(*words):
+    return CliRunner().invoke(main, list(map(str, words)))
+
+
+def test_a_case_of_an_emulated_hand_keeps_its_zeros(tmp_path):
+    """A staircase with ideal zeros failed, and the rerun with homed ones said that the failure was gone."""
+    words = ("--only", "presence", "--only", "staircase", "--zeros", "ideal", "--fault", "cable_long:ring=0.002")
+    assert run_words("validate", *words, "--out", tmp_path).exit_code == Exit.OUT_OF_LIMITS
+    assert emulated_hand(read_case(tmp_path).hand).homed is False
+
+
+def test_a_case_names_the_files_of_its_hand_and_opens_none(tmp_path, monkeypatch):
+    (tmp_path / "lab").mkdir()
+    monkeypatch.chdir(tmp_path / "lab")
+    Path("mine.toml").write_text("[servos]\nstart_temperature_c = 30.0\n")
+    named = ("--unit", "mine.toml", "--out", tmp_path / "run")
+    healthy = run_words("validate", "--only", "presence", "--unit", "mine.toml", "--out", tmp_path / "good")
+    assert healthy.exit_code == 0, healthy.output
+    assert run_words("baseline", tmp_path / "good", "base").exit_code == 0
+    faulty = run_words("validate", "--only", "presence", "--fault", "servo_missing:ring", "--baseline", "base", *named)
+    assert faulty.exit_code == Exit.OUT_OF_LIMITS
+    files = f"--unit {tmp_path}/lab/mine.toml --baseline {tmp_path}/lab/base"
+    assert f"aero-hil diagnose {tmp_path}/run {files}" in faulty.output.replace("\n", "")
+    monkeypatch.chdir(tmp_path)
+    ended = run_words("diagnose", tmp_path / "run")
+    assert ended.exit_code == Exit.USAGE
+    assert f"add {files}" in ended.output
+    assert "has no --firmware-program" in run_words("diagnose", "run", "--firmware-program", sys.executable).output
+    begun = CliRunner().invoke(main, ["diagnose", str(tmp_path / "run"), *files.split()], input="")
+    assert "next step" in begun.output
 
 
 def test_a_case_that_another_program_edits_at_a_prompt_is_not_overwritten(tmp_path):
