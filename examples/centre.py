@@ -1,5 +1,7 @@
 """`python -m examples.centre CHANNEL...`: the maker's procedure for a channel whose travel does not fit its window."""
 
+from dataclasses import dataclass
+
 import click
 import numpy as np
 
@@ -8,6 +10,9 @@ from aero.channels import Channel
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety.opening import move_slowly
 from aero.side import Side
+from hil.dialogue.asker import Question
+from hil.dialogue.terminal import console
+from hil.dialogue.terminal_asker import TerminalAsker
 from hil.targets.target import Target
 
 LABELS = tuple(channel.label for channel in Channel)
@@ -15,6 +20,39 @@ WINDOW_S = 4.0
 """Time in which a channel is moved through its whole window, s."""
 LOOK_S = 0.3
 """Time after a motion before the hand is read, s."""
+
+DONE = "done"
+"""Word that ends the approach to a position; Enter alone could be one too many."""
+
+
+@dataclass(frozen=True)
+class Number(Question[float | None]):
+    """Question for a number in a range; None once the person is done."""
+
+    low: float
+    high: float
+
+    def read(self, line: str) -> float | None:
+        """Return the number, None for `DONE`."""
+        if line.strip() == DONE:
+            return None
+        try:
+            number = float(line)
+        except ValueError:
+            number = float("nan")
+        if not self.low <= number <= self.high:
+            raise ValueError(f"  {line.strip()!r} is no number from {self.low:g} to {self.high:g}; or type {DONE!r}")
+        return number
+
+    def line(self, answer: float | None) -> str:
+        """Return the number as text."""
+        return DONE if answer is None else str(answer)
+
+
+TO_THE_MIDDLE = Number(f"  per cent of the window to go to; {DONE!r} when it stands in the middle", 0.0, 100.0)
+TO_THE_OPEN_END = Number(
+    f"  degrees of the servo to move the open end by, + opens further; {DONE!r} when it is open", -360.0, 360.0
+)
 
 
 @click.command("centre")
@@ -43,18 +81,19 @@ def centre(*, place: str, side: Side, firmware: str, channels: tuple[str, ...]) 
                 "branch of July 2026 or later"
             )
         opened.begin()
+        asker = TerminalAsker(console())
         for label in channels:
-            _lead_through(opened, Channel[label.upper()])
+            _lead_through(opened, Channel[label.upper()], asker)
 
 
-def _lead_through(opened: Target, channel: Channel) -> None:
+def _lead_through(opened: Target, channel: Channel, asker: TerminalAsker) -> None:
     guard = opened.guard
     assert guard is not None
     guard.set_speed(channel, guard.thresholds.gentle_speed)
     guard.set_torque(channel, guard.thresholds.gentle_torque)
     click.echo(f"{channel.label}: bring it to the middle of its travel.")
-    while answer := _asked("  per cent of the window to go to; empty when it stands in the middle", 0.0, 100.0):
-        _go(opened, channel, round(answer[0] / 100.0 * MAX_CODE))
+    while (percent := asker.ask(TO_THE_MIDDLE)) is not None:
+        _go(opened, channel, round(percent / 100.0 * MAX_CODE))
         click.echo(f"  it stands at {_share(opened, channel):.0%}")
     centred = guard.calibrate_mid(channel)
     click.echo(
@@ -66,28 +105,13 @@ def _lead_through(opened: Target, channel: Channel) -> None:
     # Counts rise towards the open end of a right hand's fingers, and fall towards that of a left hand's.
     window = opened.map.window
     opening = int(np.sign(window.extend_counts[channel] - window.grasp_counts[channel]))
-    while answer := _asked("  degrees of the servo to move the open end by, + opens further; empty when it is open"):
-        trimmed = guard.trim(channel, opening * round(answer[0]))
+    while (degrees := asker.ask(TO_THE_OPEN_END)) is not None:
+        trimmed = guard.trim(channel, opening * round(degrees))
         _go(opened, channel, 0)
         where = "" if trimmed.position_counts is None else f"; the servo stood at {trimmed.position_counts}"
         click.echo(f"  the open end is at {trimmed.extend_counts} of 0..4095 counts{where}")
     opened.begin()
     click.echo(f"{channel.label}: done")
-
-
-def _asked(question: str, low: float = -360.0, high: float = 360.0) -> tuple[float] | None:
-    """Return the number that a person typed, None for an empty line."""
-    while True:
-        typed = click.prompt(question, default="", show_default=False).strip()
-        if not typed:
-            return None
-        try:
-            number = float(typed)
-        except ValueError:
-            number = float("nan")
-        if low <= number <= high:
-            return (number,)
-        click.echo(f"  {typed!r} is no number from {low:g} to {high:g}")
 
 
 def _go(opened: Target, channel: Channel, code: int) -> None:
