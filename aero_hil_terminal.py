@@ -3,9 +3,12 @@
 It stands alone: the emulator serves a hand on it without `aero`, `aero-hil guard` a port without the emulator.
 """
 
+import errno
 import os
+import select
 import struct
 import sys
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -49,8 +52,7 @@ class Terminal:
         self.path = os.ttyname(self._client)
         self._link = link
         _SERVED.add(self.path)
-        if sys.platform == "linux":  # elsewhere the lock would block clients
-            fcntl.lockf(self._client, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        self._lock()
         if link is not None:
             try:
                 _point(link, self.path)
@@ -90,6 +92,10 @@ class Terminal:
             return os.read(self._device, 4096)
         except BlockingIOError:
             return b""
+        except OSError as error:
+            if error.errno != errno.EIO:  # no descriptor of the client end is open
+                raise
+            return b""
 
     def write(self, data: bytes) -> None:
         """Send to the client; bytes beyond a full buffer are dropped, as on the board."""
@@ -99,6 +105,33 @@ class Terminal:
                 rest = rest[os.write(self._device, rest) :]
             except BlockingIOError:
                 return
+
+    def has_client(self) -> bool | None:
+        """Return whether a program has the client end open; None where the system does not tell.
+
+        Only Linux tells, by a hang-up once no descriptor is open, so this one is closed for a moment. Events of inotify
+        cannot be counted instead: two that are alike are merged.
+        """
+        if sys.platform != "linux":
+            return None
+        if self._client >= 0:
+            os.close(self._client)
+        ends = select.poll()
+        ends.register(self._device, 0)
+        hung_up = bool(ends.poll(0))
+        try:
+            self._client = os.open(self.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        except OSError:  # a client locked the terminal (TIOCEXCL)
+            self._client = -1
+        else:
+            self._lock()
+        return not hung_up
+
+    def _lock(self) -> None:
+        """Lock the client end, which shows other programs that it is served; elsewhere this would block clients."""
+        if sys.platform == "linux":
+            with suppress(OSError):  # a program looks at this moment
+                fcntl.lockf(self._client, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
     def _set_fast(self) -> None:
         """Set the default baud rate of clients to that of the servo bus."""
@@ -115,7 +148,8 @@ class Terminal:
             self._link.unlink()
         _SERVED.discard(self.path)
         os.close(self._device)
-        os.close(self._client)
+        if self._client >= 0:
+            os.close(self._client)
         self._device = self._client = -1
 
 

@@ -45,6 +45,8 @@ from aero.safety.watch import Lookout, Stop
 _LOG = logging.getLogger(__name__)
 PIECE_S = 0.02
 """Longest wait between two looks at signals, client and hand, s."""
+CLIENT_S = 0.1
+"""Period of looks for a client, s."""
 GONE_S = 0.5
 """Time for which a port without a client is left alone, s: some programs open it twice in a row."""
 RETRY_S = 0.1
@@ -99,7 +101,7 @@ class PortGuard:
         kind: GuardedKind,
         *,
         name: str,
-        users: Callable[[], int | None] = lambda: None,
+        has_client: Callable[[], bool | None] = lambda: None,
         stopped: Callable[[PortStop], object] = lambda _stop: None,
         said: Callable[[str], object] = lambda _text: None,
         resumes_alone: bool = False,
@@ -111,7 +113,7 @@ class PortGuard:
             clock: clock of the hand.
             kind: properties of the hand.
             name: display name of the port.
-            users: returns the number of programs on the client's port, None if the system does not tell.
+            has_client: returns whether a program has the client's port open, None if the system does not tell.
             stopped: called after each stop, with the hand open or not.
             said: called with a sentence for the user.
             resumes_alone: True to resume with the next client instead of by `resume`.
@@ -122,7 +124,7 @@ class PortGuard:
         self.listeners: list[Callable[[bool, bytes], None]] = []
         """Called with True and bytes to the hand, with False and bytes from it."""
         self._connect, self._clock, self._kind, self._name = connect, clock, kind, name
-        self._users, self._stopped, self._said = users, stopped, said
+        self._has_client, self._stopped, self._said = has_client, stopped, said
         self._resumes_alone = resumes_alone
         self._port: SharedPort | None = None
         self._owed: Violation | None = None
@@ -133,7 +135,8 @@ class PortGuard:
         self._moved = self._in_torque_mode = False
         self._homes_by = -math.inf
         self._heard = self._present = clock.now()
-        self._seen_users = 0
+        self._client: bool | None = None
+        self._client_due = clock.now()
         self._heat = HeatWatch(kind.thresholds.temperature_c)
         self._heat_at = -math.inf
         self._celsius: Floats | None = None
@@ -208,7 +211,7 @@ class PortGuard:
         now = self._clock.now()
         polls = self.state is PortState.PASSING and not self._homing()
         port.pump(min(now + PIECE_S, max(self._lookout.due, now)) if polls else now + PIECE_S)
-        self._note_users(port)
+        self._look_for_client(port)
         if self._owed is None and (stop := self._stop()) is not None:
             self._owe(stop.violation._replace(text=stop.violation.text + self._lookout.remark()))
             self._open(silent=stop.silent)
@@ -226,16 +229,17 @@ class PortGuard:
             raise ConnectionError(f"{self._name}: the port is gone")
         return self._port
 
-    def _note_users(self, port: SharedPort) -> None:
+    def _look_for_client(self, port: SharedPort) -> None:
         """Record whether a client is there, drop what the last one left unfinished, and resume for a new one."""
-        users, now = self._users(), self._clock.now()
-        if users != 0:
+        now = self._clock.now()
+        if now >= self._client_due:
+            before, self._client, self._client_due = self._client, self._has_client(), now + CLIENT_S
+            if self._client is False and before:
+                port.drop_unfinished()
+            if self._client and before is False and self.state is PortState.REFUSING and self._resumes_alone:
+                self.resume()
+        if self._client is not False:
             self._present = now
-        if users == 0 and self._seen_users:
-            port.drop_unfinished()
-        if users and not self._seen_users and self.state is PortState.REFUSING and self._resumes_alone:
-            self.resume()
-        self._seen_users = 0 if users is None else users
 
     def _stop(self) -> Stop | None:
         """Poll the hand if due, and return the reason for a stop, or None."""

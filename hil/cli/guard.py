@@ -3,7 +3,7 @@
 import signal
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from pathlib import Path
 from threading import Thread
 from typing import Any
@@ -20,7 +20,6 @@ from aero.safety.interrupts import noted
 from aero.safety.known_port import KnownPort
 from aero.safety.opening import SWITCH_OFF
 from aero.safety.port_guard import GuardedKind, PortGuard, PortStop
-from aero.safety.port_users import PortUsers
 from aero.serial_transport import SerialTransport
 from aero.side import Side
 from aero_hil_terminal import Terminal
@@ -78,7 +77,6 @@ def guard(
         known = KnownPort.of(spec.port)
         with usage_errors():
             terminal = opened.enter_context(Terminal(link))
-        users = opened.enter_context(closing(PortUsers(terminal.path)))
         typed = TypedLines(reads=prompt or (sys.stdin is not None and sys.stdin.isatty()))
         about = {name: getattr(spec, name) for name in ("firmware", "side", "hand_id")} | {"target": spec.port}
         box = _Stops(black_box, typed, about)
@@ -90,7 +88,7 @@ def guard(
             return PortLine(terminal, transport)
 
         between = PortGuard(
-            connect, WallClock(), GuardedKind(spans, usual, limits), name=spec.port, users=users.count,
+            connect, WallClock(), GuardedKind(spans, usual, limits), name=spec.port, has_client=terminal.has_client,
             stopped=box.stopped, said=_said, resumes_alone=resume_with_next,
         )  # fmt: skip
         between.listeners.append(box.add)

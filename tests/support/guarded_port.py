@@ -53,8 +53,8 @@ class ScriptedLine:
     def to_client(self, data):
         self.received += data
 
-    def users(self):
-        return int(self.present[0] <= self.clock.now() < self.present[1])
+    def has_client(self):
+        return self.present[0] <= self.clock.now() < self.present[1]
 
     def close(self):
         pass
@@ -115,7 +115,7 @@ def guarded_port(*, firmware="0.2.0", thresholds=None, rewire=None, seed=3, **fi
     kind = GuardedKind(spans, usual, thresholds or Thresholds())
     stops, said = [], []
     guard = PortGuard(
-        line.connect, electronics.clock, kind, name="emulated", users=line.users, stopped=stops.append,
+        line.connect, electronics.clock, kind, name="emulated", has_client=line.has_client, stopped=stops.append,
         said=said.append, **fields,
     )  # fmt: skip
     yield Guarded(line, guard, electronics, workbench, stops, said)
