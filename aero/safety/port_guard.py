@@ -160,8 +160,8 @@ class PortGuard:
         return self._end()
 
     def resume(self) -> None:
-        """Accept commands again, after a check of the hand at the next turn; no effect if it is not refused."""
-        self._asked_to_resume = True
+        """Accept commands again, after a check of the hand at the next turn; no effect unless they are refused now."""
+        self._asked_to_resume = self.state is PortState.REFUSING
 
     @property
     def closed(self) -> bool:

@@ -144,6 +144,32 @@ def test_a_client_that_ends_with_the_hand_open_is_no_stop(firmware):
     assert found.bend_deg < OPEN_DEG
 
 
+def test_a_word_from_before_a_stop_does_not_resume_and_one_after_it_does():
+    with guarded_port() as port:
+        t = port.line.clock.now()
+        port.line.script += stream(t + BEGIN_S, END_S - BEGIN_S, [GRIPS["fist"]])
+        killed(port, t + END_S)
+
+        def resumed_until_it_stops():
+            if not port.stops:
+                port.guard.resume()
+            return bool(port.stops) or port.line.clock.now() > t + 20.0
+
+        port.guard.run(resumed_until_it_stops)
+        assert port.guard.state is PortState.REFUSING
+        port.line.present = (0.0, port.line.clock.now() + 60.0)
+        now = port.line.clock.now()
+        port.line.script.append((now + 0.5, FIST))
+        port.line.script.append((now + 1.5, FIST))
+        port.guard.run(lambda: port.line.clock.now() > now + 1.0)
+        assert (port.guard.state, port.guard.refused) == (PortState.REFUSING, 1)
+        port.guard.resume()
+        found = port.run(2.0)
+    assert (found.state, port.said) == (PortState.PASSING, ["resumed: commands pass"])
+    assert found.bend_deg > 2 * OPEN_DEG
+    assert found.torque == 700
+
+
 HEALTHY_S = float(os.environ.get("PORT_GUARD_S", "40"))
 
 
