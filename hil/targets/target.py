@@ -66,7 +66,7 @@ class Target:
 
     def __repr__(self) -> str:
         """Return one line, because pytest prints it for a failed test."""
-        return f"<{type(self).__name__}: {self.describe()}>"
+        return f"<Target: {self.describe()}>"
 
     @property
     def name(self) -> str:

@@ -11,7 +11,7 @@ def test_a_fault_that_had_no_effect_yet_is_a_warning(caplog):
     config = AeroHandRobotConfig(port="emulated", fault="encoder_slip:index=40.0@1000.0")
     with caplog.at_level(logging.WARNING), opened(config, guarded=False) as target:
         assert target.real_time
-        assert [str(fault) for fault in target.faults] == [config.fault]
+        assert [str(fault) for fault in target.wrong] == [config.fault]
     assert "encoder_slip:index" in caplog.text
     assert "never fired" in caplog.text
 

@@ -159,13 +159,13 @@ import pytest
 RING = pytest.mark.fault("motor_dead:ring")
 
 def has_it(target):
-    assert [str(fault) for fault in target.faults] == ["motor_dead:ring=1.0"]
+    assert [str(fault) for fault in target.wrong] == ["motor_dead:ring=1.0"]
 """
 MARKED_PLACES = {
     "parameter": """
 @pytest.mark.parametrize("number", [pytest.param(1, marks=RING), 2])
 def test_one(aero_target, number):
-    assert (number == 1) == bool(aero_target.faults)
+    assert (number == 1) == bool(aero_target.wrong)
 """,
     "module": """
 pytestmark = RING
