@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 import mkdocs_gen_files
 
-import aero
+import aero.errors
+import aero.safety
 import hil
 from aero.firmware import DEFAULT_FIRMWARE
 from hil.checks import JUDGED
@@ -15,6 +16,7 @@ from hil.checks.shared.declaration import Metric
 from hil.cli.command_table import commands as commands_of_all
 from hil.verdict.limits import Limit, load_limits
 
+FIXTURES = ("aero_target", "aero_session_target", "aero_hand", "aero_port")
 FIRMWARE = DEFAULT_FIRMWARE
 """Of the limits that are shown: what `aero-hil validate` takes when nothing else is asked for."""
 
@@ -33,13 +35,19 @@ def commands() -> Iterator[str]:
 def api() -> Iterator[str]:
     """Give the page of the public names of `aero` and `hil`."""
     yield "# Python\n"
-    for package, about in (
-        (aero, "What drives a hand. It needs NumPy and pyserial only."),
-        (hil, "Hands of every kind behind one name, emulated or physical."),
+    errors = [
+        name for name, kind in vars(aero.errors).items() if isinstance(kind, type) and kind.__module__ == "aero.errors"
+    ]
+    for package, names, about in (
+        ("aero", aero.__all__, "What drives a hand. It needs NumPy and pyserial only."),
+        ("aero.safety", aero.safety.__all__, "The guard."),
+        ("aero.errors", errors, "Errors of the driver; each has the exit code of a command that it ends."),
+        ("hil", hil.__all__, "Hands of every kind behind one name, emulated or physical."),
+        ("aero_hil_pytest", FIXTURES, "Fixtures of pytest."),
     ):
-        yield f"## {package.__name__}\n\n{about}\n"
-        for name in package.__all__:
-            yield f"::: {package.__name__}.{name}\n"
+        yield f"## {package}\n\n{about}\n"
+        for name in names:
+            yield f"::: {package}.{name}\n"
 
 
 def checks() -> Iterator[str]:

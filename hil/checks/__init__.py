@@ -15,7 +15,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from importlib import import_module, resources
-from importlib.metadata import entry_points
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from typing import Any
 from aero_hil_toml import filled, parsed
 from hil.checks.shared.declaration import Metric, parse_metric
 from hil.checks.shared.experiment import Experiment, Measured, Measuring, complete
+from hil.targets.brought import points_of
 
 GROUP, VARIABLE = "aero_hil.experiments", "AERO_HIL_EXPERIMENTS"
 """Group of entry points, and environment variable with paths, of other people's checks."""
@@ -60,7 +60,7 @@ def _measuring(name: str, module_name: str, metrics: list[Metric], table: Mappin
 
 def _of_others() -> Iterator[str]:
     """Yield the modules of other packages' checks, then those of the folders of the environment variable."""
-    yield from (point.value for point in entry_points(group=GROUP))
+    yield from (point.value for _, point in points_of(GROUP))
     for text in filter(None, os.environ.get(VARIABLE, "").split(os.pathsep)):
         folder = Path(text).resolve()
         sys.path.append(str(folder.parent))

@@ -3,15 +3,15 @@
 A package adds commands with an entry point of the group `aero_hil.commands` that names a table like `OWN`.
 """
 
-import logging
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
-from importlib.metadata import EntryPoint, PackageNotFoundError, distribution, distributions
+from importlib.metadata import EntryPoint, PackageNotFoundError, distribution
 from typing import Any, NamedTuple
 
 from aero.printable import printable
 from hil.cli.exits import ctrl_c_exits
+from hil.targets.brought import points_of
 
 GROUP = "aero_hil.commands"
 DISTRIBUTION = "aero-hil"
@@ -82,20 +82,10 @@ def _ours() -> Brought:
 @cache
 def brought() -> Brought:
     """Return the commands of aero-hil and of all other packages."""
-    return _with_tables(_ours(), sorted(_others(), key=lambda found: found[1].name))
-
-
-def _others() -> Iterator[tuple[str, EntryPoint]]:
-    """Yield the name of each other distribution with entry points of the group."""
-    for found in distributions():
-        try:
-            points = found.entry_points.select(group=GROUP)
-            name = found.metadata["Name"] if points else ""
-        except Exception as error:
-            logging.getLogger(__name__).info("an installed package is unreadable: %s", error)
-            continue
-        if name and name != DISTRIBUTION:
-            yield from ((name, point) for point in points)
+    return _with_tables(
+        _ours(),
+        sorted((found for found in points_of(GROUP) if found[0] != DISTRIBUTION), key=lambda found: found[1].name),
+    )
 
 
 def _with_tables(known: Brought, points: Iterable[tuple[str, EntryPoint]]) -> Brought:

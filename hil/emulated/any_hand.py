@@ -23,6 +23,7 @@ from hil.emulated.faults.fault import Injection
 from hil.emulated.faults.schedule import Schedule
 from hil.emulated.faults.workbench import Workbench
 from hil.emulated.pty_process import serve_in_child
+from hil.targets.argument_names import suggesting
 from hil.targets.hand_spec import HOMINGS, PortSpec
 from hil.targets.opening import Opening, drive, driven, open_spec
 from hil.targets.wire_log import WireLog
@@ -32,6 +33,7 @@ from model.units.conditions import Conditions
 from model.units.plausible import unit_named
 
 
+@suggesting
 def emulate(
     *,
     unit: str = "reference",

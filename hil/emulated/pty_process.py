@@ -18,6 +18,7 @@ from hil.emulated.faults.bench import BenchState, HandBench
 from hil.emulated.faults.fault import Injection
 from hil.emulated.served_hand import ACTED, NEVER_FIRED, OBSERVED, RENEWED, TELEMETRY, spec_text
 from hil.emulated.telemetry import TrueMotion
+from hil.targets.argument_names import suggesting
 from hil.targets.delays import LATE, DelayLog, Loop
 from hil.targets.hand_errors import FaultNeverFiredError
 
@@ -158,6 +159,7 @@ def serve_in_child(
         raise ChildError(f"{NAME} ended with status {status}: {child.errors}")
 
 
+@suggesting
 @contextmanager
 def serve(
     *,

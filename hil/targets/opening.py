@@ -18,6 +18,7 @@ from aero.safety import GuardedHand, SafetyStopError, Standby, Thresholds, unwin
 from aero.serial_transport import SerialTransport
 from aero.side import Side
 from aero.transport import Transport
+from hil.targets.argument_names import suggesting
 from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
 from hil.targets.hand_errors import NoHandError
 from hil.targets.hand_spec import PortSpec
@@ -29,6 +30,7 @@ NOT_UNIQUE = frozenset({"0001"})
 """Serial numbers of many boards: that of a CP2102 as delivered (Silicon Labs, AN144)."""
 
 
+@suggesting
 def open_port(
     port: str,
     *,

@@ -8,6 +8,7 @@ from aero.channels import CABLES, FINGERS, Channel
 from aero_hil_toml import meant
 from hil.emulated.faults import board, bus, encoder, host, link, mechanics, motor, servo, supply, winding
 from hil.emulated.faults.fault import ALL, STEPS, Fault, Injection
+from hil.targets.brought import brought, leave_out
 
 Known = TypeVar("Known")
 CATALOGUE: dict[str, Fault] = {
@@ -15,7 +16,14 @@ CATALOGUE: dict[str, Fault] = {
     for file in (mechanics, winding, motor, encoder, supply, servo, bus, board, link, host)
     for fault in file.FAULTS
 }
-"""Every fault, from the hand to the host."""
+for _package, _table in brought("aero_hil.faults"):
+    for _fault in _table if isinstance(_table, tuple) else [_table]:
+        if isinstance(_fault, Fault) and _fault.name not in CATALOGUE:
+            CATALOGUE[_fault.name] = _fault
+        else:
+            leave_out(_package, str(getattr(_fault, "name", _fault)), "it is no `Fault`, or there is one already")
+"""Every fault, from the hand to the host, then those of other packages, whose entry points of the group
+`aero_hil.faults` name tuples of `Fault`."""
 TEXT = re.compile(r"(?P<name>[^:=@]+)(:(?P<channel>[^:=@]+))?(=(?P<severity>[^:=@]+))?(@(?P<at>[^:=@]+))?")
 
 
