@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from functools import cache
@@ -52,37 +52,54 @@ def of_module(name: str) -> dict[str, Made]:
     return {f"{name}.{key}": one for key, one in (tables | shipped).items()}
 
 
-def remade(name: str) -> tuple[Rows, dict[str, str]]:
-    """Return the sample of something and the inputs that it was made from; to be called once in a process."""
-    page = name.partition(".")[0]
-    # No other module of this package is imported here, because what is imported counts as an input.
-    rows, used = traced(lambda: of_module(page)[name].by.sample())  # noqa: PLW0108 - the import is traced too
-    made = of_module(page)[name].by
-    used |= closure((f"figures.{page}", *made.maker))
-    return rows, digests(used - OURS - {ROOT / one for one in made.files})
+def remade(module: str, names: Collection[str]) -> dict[str, tuple[Rows, dict[str, str]]]:
+    """Return the samples of a module and the inputs of each; to be called once in a process.
+
+    What one sample of the module reads counts as an input of the others, too.
+    """
+
+    def samples() -> dict[str, Rows]:
+        # No other module of this package is imported here, because what is imported counts as an input.
+        once = cache(lambda sample: sample())
+        return {name: once(one.by.sample) for name, one in of_module(module).items() if name in names}
+
+    found, used = traced(samples)
+    of = {name: of_module(module)[name].by for name in found}
+    closures = {name: closure((f"figures.{module}", *one.maker)) for name, one in of.items()}
+    outputs = {name: {ROOT / file for file in one.files} for name, one in of.items()}
+    return {name: (rows, digests((used | closures[name]) - OURS - outputs[name])) for name, rows in found.items()}
 
 
 def sampled(names: Iterable[str], workers: int) -> Iterator[tuple[str, Stored]]:
-    """Remake samples, each in a process of its own; store and yield what is found of each."""
+    """Remake samples, those of a module in a process of its own; store and yield what is found of each."""
+    of_modules: dict[str, list[str]] = {}
+    for name in names:
+        of_modules.setdefault(name.partition(".")[0], []).append(name)
     context = get_context("spawn")  # a forked process has read data already, which then is no input
     with ProcessPoolExecutor(workers, mp_context=context, max_tasks_per_child=1) as pool:
-        running = {pool.submit(remade, name): name for name in names}
+        running = {pool.submit(remade, module, some): some for module, some in of_modules.items()}
         for future in as_completed(running):
-            name, before = running[future], load(running[future])
-            if error := future.exception():
-                said = f"the sample ended with {type(error).__name__}: {error}"
-                found = replace(before, differs=said, inputs=digests(ROOT / one for one in _present(before)))
-            else:
-                rows, inputs = future.result()
-                found = replace(before, differs=difference(name, before, rows), inputs=inputs)
-            if edited := changed(before.outputs):
-                found = replace(found, differs=f"{', '.join(edited)} was not made by `python -m figures {name}`")
-            store(name, found)
-            yield name, found
+            error, samples = future.exception(), {} if future.exception() else future.result()
+            for name in running[future]:
+                found = _compared(name, samples[name]) if error is None else _broken(name, error)
+                if edited := changed(found.outputs):
+                    found = replace(found, differs=f"{', '.join(edited)} was not made by `python -m figures {name}`")
+                store(name, found)
+                yield name, found
 
 
-def _present(stored: Stored) -> list[str]:
-    return [name for name in stored.inputs if (ROOT / name).is_file()]
+def _compared(name: str, sample: tuple[Rows, dict[str, str]]) -> Stored:
+    rows, inputs = sample
+    before = load(name)
+    return replace(before, differs=difference(name, before, rows), inputs=inputs)
+
+
+def _broken(name: str, error: BaseException) -> Stored:
+    """Return what is stored, with the error that ended the sample and the inputs as they are."""
+    before = load(name)
+    present = [ROOT / one for one in before.inputs if (ROOT / one).is_file()]
+    said = f"the sample ended with {type(error).__name__}: {error}"
+    return replace(before, differs=said, inputs=digests(present))
 
 
 def difference(name: str, stored: Stored, rows: Rows) -> str:
@@ -113,7 +130,7 @@ def make(name: str) -> Stored:
         outputs=digests(ROOT / one for one in made.by.files),
     )
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        rows, inputs = pool.submit(remade, name).result()
+        rows, inputs = pool.submit(remade, name.partition(".")[0], [name]).result()[name]
     contained = made.by.shipped is not None or (found.rows and _part(found, rows))
     found = replace(found, sample=() if contained else rows, inputs=inputs)
     found = replace(found, differs=difference(name, found, rows))
