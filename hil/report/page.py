@@ -24,6 +24,7 @@ from hil.recordings.recording import Event, Recording
 from hil.report.beside_paper import MARKED, compared, reasons, table, text_rows
 from hil.report.evidence import Evidence, by_finding, first_plot, first_seen
 from hil.report.finger_map import DIGITS, MARKS, verdicts
+from hil.report.health import health_of
 from hil.report.measured import MeasuredNumber, readings_of
 from hil.report.plots import Plot, drawable, packed, whole, with_samples
 from hil.verdict.case import DiagnosisCase
@@ -34,6 +35,7 @@ from hil.verdict.judged_run import Result, Validation
 from hil.verdict.part import Part
 from hil.verdict.parts import listed
 from hil.verdict.run_end import EndKind
+from hil.verdict.sentences import channel_sentences
 from hil.verdict.steps import StepOutcome
 
 BYTES_ALONE = (
@@ -62,6 +64,8 @@ _OF_END = {
 }
 """Key of `HEADINGS` by the end of a run; after any other end the findings decide."""
 CASE_HEADINGS = {"pass": "\u2713 The failure is gone", "fail": "\u2717 At fault", "unclear": "\u2013 Open case"}
+MOST_SENTENCES = 3
+"""Number of failing channels or parts described in the head of the page."""
 MOST_FINDINGS = 6
 """Number of findings shown before a list is folded."""
 
@@ -127,6 +131,8 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         first_finding={item.finding.subject: item.anchor for item in reversed(shown.values())},
         diagnosis=diagnosis,
         since=first_seen(validation),
+        sentences=channel_sentences(validation)[:MOST_SENTENCES],
+        health=health_of(validation),
         first=first_plot(validation, seen),
         evidence=[shown[finding] for finding in speaking if finding in shown],
         others=[item for item in shown.values() if item.finding not in (*speaking, validation.end.finding)],

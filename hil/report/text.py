@@ -7,7 +7,7 @@ from rich.text import Text
 
 from aero.printable import capital
 from hil.checks import JUDGED
-from hil.report.page import HEADINGS, verdict_of
+from hil.report.page import HEADINGS, MOST_SENTENCES, verdict_of
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import EndKind
@@ -15,8 +15,6 @@ from hil.verdict.sentences import channel_sentences
 
 SCREEN, WIDTH = 20, 80
 """Lines and columns of a terminal that a failed run may fill, the lines of its experiments included."""
-MOST_SENTENCES = 3
-"""Limit of failing channels or parts listed on a terminal."""
 
 
 def result_line(name: str, findings: Sequence[Finding]) -> Text:

@@ -91,7 +91,7 @@
         u.ctx.beginPath(); u.ctx.moveTo(x(column.at), top); u.ctx.lineTo(x(column.at), top + height); u.ctx.stroke(); }
       u.ctx.restore();
     };
-    const value = (unit) => (u, v) => (v == null ? "\u2013" : `${+v.toPrecision(4)} ${unit}`);
+    const value = (unit) => (u, v) => (v == null ? "" : `${+v.toPrecision(4)} ${unit}`);
     const made = new uPlot({
       width: 300, height: (row === plot.rows[0] ? 170 : 125) + (last ? 22 : 0),
       scales: { x: { time: false, range: (u, low, high) => [low, high] },
@@ -100,6 +100,7 @@
         labelSize: 16, labelGap: -2 },
         ...units.map((unit, i) => ({ ...axis, scale: unit, side: i ? 1 : 3, size: 46, label: `${row}, ${unit.split(" ")[0]}`,
           labelSize: 18, grid: i ? { show: false } : axis.grid }))],
+      legend: { markers: { width: 2, dash: (u, i) => (u.series[i].dash ? "dashed" : "solid") } },
       cursor: { sync: { key: `${figure.id}-${plot.columns.indexOf(column)}` }, y: false, drag: { x: true, y: false },
         // Between two samples of a trace the one before is shown.
         dataIdx: (u, s, i) => { while (i > 0 && u.data[s][i] == null) i--; return i; } },
