@@ -1,4 +1,4 @@
-"""Health of each channel at a glance: its main readings, each on the range of its limits."""
+"""Health of each channel at a glance: main readings, each on the range of its limits."""
 
 import math
 from dataclasses import dataclass
@@ -26,14 +26,14 @@ class Strip:
 
 
 @dataclass(frozen=True)
-class Health:
+class ChannelHealth:
     """Table of strips: a row for each channel."""
 
     titles: tuple[str, ...]
     rows: tuple[tuple[str, tuple[Strip | None, ...]], ...]
 
 
-def health_of(validation: Validation) -> Health:
+def health_of(validation: Validation) -> ChannelHealth:
     """Return the main readings of a run by channel: metrics with a `trend`, in its order."""
     header = validation.header
     strips: dict[str, dict[int, Strip]] = {}
@@ -54,7 +54,7 @@ def health_of(validation: Validation) -> Health:
                     strips.setdefault(subject, {})[metric.trend] = strip(float(value), limit, metric.unit)
     places = sorted(titles)
     order = [subject for subject in SUBJECTS if subject in strips]
-    return Health(
+    return ChannelHealth(
         tuple(titles[place] for place in places),
         tuple((subject_words(subject), tuple(strips[subject].get(place) for place in places)) for subject in order),
     )

@@ -124,6 +124,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         heading=HEADINGS[verdict],
         place=diagnosis.place,
         tally=validation.tally,
+        counts=counts(validation),
         digits=DIGITS,
         channels=(states := verdicts(validation)),
         marks=MARKS,
@@ -211,6 +212,12 @@ def marked(text: str) -> Markup:
     return Markup("").join(
         Markup("<code>{}</code>").format(part) if i % 2 else markupsafe.escape(part) for i, part in enumerate(parts)
     )
+
+
+def counts(validation: Validation) -> str:
+    """Return the counts of a run's checks; those of a run without a verdict do not claim that all passed."""
+    words = validation.tally.words
+    return words.removeprefix("all ") if verdict_of(validation) == "unclear" else words
 
 
 def verdict_of(validation: Validation) -> str:

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from aero.printable import capital
 from hil.checks import JUDGED
-from hil.report.page import HEADINGS, MOST_SENTENCES, verdict_of
+from hil.report.page import HEADINGS, MOST_SENTENCES, counts, verdict_of
 from hil.verdict.findings import Finding, failed
 from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import EndKind
@@ -37,7 +37,7 @@ def run_text(validation: Validation, report: str) -> Iterator[Text]:
     if validation.passed:
         yield Text(f"{heading.lower()}; {validation.tally.words}; {seconds}; {report}")
         return
-    head = [Text(f"{heading}; {validation.tally.words}; {seconds}", style="bold")]
+    head = [Text(f"{heading}; {counts(validation)}; {seconds}", style="bold")]
     if (end := validation.end.finding) is not None:
         on_stderr = validation.end.error is not None or validation.end.kind is EndKind.HOST_BUSY
         reason = "." if on_stderr else f": {end.meaning}"

@@ -80,11 +80,11 @@ def test_the_verdict_comes_first_then_the_plot_the_evidence_other_findings_and_t
     html = page(recording, [GOOD, BAD, OTHER], diagnosis=diagnosis)
     body = html[html.index("<body>") :]
     order = [
-        "Out of limits: index finger", "The index is off. Suspected: servo of the index",
+        "Out of limits: index finger", "Index finger: ", "Suspected: servo of the index",
         "2 of 3 checks failed.", 'id="first-plot"',
         "<b>Do this.</b> Pull at it.", "<b>Index finger: tracking rms 1.2 mm",
-        'id="findings"', "friction 2 A",
-        'id="appendix"', "<table",
+        'id="findings"', "<b>Pinky finger: friction 2 A",
+        'id="appendix"', '<details id="checks">',
     ]  # fmt: skip
     places = [body.index(text) for text in order]
     assert places == sorted(places)
