@@ -12,7 +12,7 @@ from aero.errors import LinkTimeoutError
 from aero.exit_code import Exit
 from hil.cli.doctor import exit_code, ports
 from hil.cli.doctor.finding import Examined, Subject, Verdict
-from hil.cli.doctor.machine import check_jitter, needs
+from hil.cli.doctor.machine import TICK_S, TICKS, check_jitter, lateness_s, needs
 from hil.cli.doctor.ports import (
     HAND_USB,
     SPANS,
@@ -165,3 +165,22 @@ def test_a_pseudo_terminal_of_another_account_needs_no_rule() -> None:
     assert "pseudo-terminal of the account `ada`" in rights.finding
     assert not rights.copy
     assert "usermod" not in rights.remedy
+
+
+def test_the_lateness_is_what_each_wait_is_late():
+    """Every wait is made, and a late one is measured alone."""
+
+    class Late:
+        time, waits = 0.0, 0
+
+        def now(self):
+            return self.time
+
+        def sleep_until(self, t):
+            self.waits += 1
+            self.time = t + 0.002 * (self.waits == 3)
+
+    late = lateness_s(clock := Late())
+    assert clock.waits == TICKS == len(late)
+    assert clock.time == pytest.approx(TICKS * TICK_S + 0.002)
+    assert np.flatnonzero(late > 0.001).tolist() == [2]

@@ -87,3 +87,12 @@ def test_a_reading_past_its_limit_says_so():
     assert isinstance(drift, Drift)
     assert drift.days_left == 0.0
     assert "past its limit" in drift.sentence
+
+
+@pytest.mark.parametrize(
+    ("days", "words"),
+    [(0.0, "past its limit"), (40.0, "about 40 days"), (70.0, "about 2 months"), (300.0, "10 months")],
+)
+def test_what_is_left_is_said_in_days_and_from_two_months_on_in_months(days, words):
+    (drift,) = drifts(MIDDLE + np.linspace(0.0, 0.8, TIMES) * HALF)
+    assert words in replace(drift, days_left=days).sentence

@@ -1,6 +1,7 @@
 """The test record of a run has the keys, types and outcomes that OpenHTF itself writes for the same measurements."""
 
 import json
+import logging
 import math
 from dataclasses import replace
 
@@ -13,7 +14,7 @@ from hil.cli import main
 from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.recordings.recording import Event
-from hil.report.openhtf import UNITS, openhtf_record
+from hil.report.openhtf import LEVELS, UNITS, openhtf_record
 from hil.report.results import write_results
 from hil.verdict.findings import NotJudgedReason, Withheld
 from hil.verdict.limits import load_limits
@@ -204,3 +205,7 @@ def test_export_of_an_empty_folder_is_one_line(tmp_path):
     assert done.exit_code == 2
     assert "holds no recording" in done.output
     assert not list(tmp_path.iterdir())
+
+
+def test_levels_are_those_of_logging():
+    assert {level: getattr(logging, level.upper()) for level in LEVELS} == LEVELS
