@@ -6,13 +6,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from drawn import drawn
 from guarded_hands import FailingLink
 from serial.tools import list_ports
 
 from aero import AeroHand
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
-from aero.safety.__main__ import HOMES_S, LONGEST_S, KnownPort, _file, open_what_was_left
+from aero.safety.__main__ import HOMES_S, LONGEST_S, open_what_was_left
+from aero.safety.known_port import KnownPort, _file
 from aero.safety.opening import open_and_relax
 from hil.emulated.emulated_hand import build_emulated
 from hil.emulated.emulated_spec import EmulatedSpec
@@ -63,7 +65,7 @@ class Left:
         assert [servo.memory.get("goal_torque") for servo in self.electronics.servos] == [Thresholds().limp_torque] * 7
 
 
-@pytest.mark.parametrize("after_s", np.arange(0.0, 4.0, 0.5))
+@pytest.mark.parametrize("after_s", drawn(np.arange(0.0, 4.0, 0.5), 3))
 @pytest.mark.parametrize("for_s", [0.4, 8.0])
 def test_a_moment_without_power_while_the_hand_is_opened_leaves_it_open_and_weak(after_s, for_s):
     left = Left()
@@ -165,7 +167,7 @@ def without_power(left, for_s):
     return AeroHand(link, left.clock)
 
 
-@pytest.mark.parametrize("for_s", [3.0, 7.0, 9.0])
+@pytest.mark.parametrize("for_s", drawn([3.0, 7.0, 9.0], 1))
 def test_a_board_without_power_is_opened_and_left_weak_by_the_program_itself(for_s):
     """It homes once it has power, so that all takes longer than the patience for a hand that does not open."""
     left = Left()

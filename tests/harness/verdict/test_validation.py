@@ -4,6 +4,7 @@ import logging
 from dataclasses import replace
 
 import pytest
+from drawn import drawn
 
 from aero.channels import Channel
 from aero.protocol import Opcode
@@ -99,7 +100,7 @@ def break_off(where, monkeypatch):
     return {where: fail}
 
 
-@pytest.mark.parametrize("where", ["on_result", "progress", "experiment", "link", "judged"])
+@pytest.mark.parametrize("where", drawn(["on_result", "progress", "experiment", "link", "judged"], 2))
 def test_an_error_of_a_callback_or_of_judging_leaves_nothing_behind(where, monkeypatch, tmp_path):
     with open_target() as target:
         target.hand.set_torque(Channel.RING, 400)
@@ -127,7 +128,7 @@ def test_a_mistake_of_the_program_is_no_verdict(monkeypatch):
         validate(target, ["audit"])
 
 
-@pytest.mark.parametrize("late_s", [0.005, 0.02, 0.04])
+@pytest.mark.parametrize("late_s", drawn([0.005, 0.02, 0.04], 1))
 def test_a_late_computer_flags_no_healthy_hand(late_s):
     with open_target(unit="plausible:8100", conditions=Conditions(late_s=late_s)) as target:
         result = validate(target, ["presence", "audit", "response", "holding", "replay"])
