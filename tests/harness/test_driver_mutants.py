@@ -5,6 +5,7 @@ import pytest
 from drawn import drawn
 from driver_mistakes import GENTLE, MAPPED, MISTAKES, MISTAKES_OF_THE_MAP
 
+from aero.actuation import ActuationMap
 from aero.driver import AeroHand
 from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
@@ -88,3 +89,19 @@ def test_a_driver_that_returns_an_earlier_reading_is_named(guarded, monkeypatch)
         done = validate(target, (*GENTLE, "response"))
     assert done.diagnosis.suspects == (Suspect(Part.DRIVER),)
     assert "unasked" in {finding.check for finding in failed(done.driver.findings)}
+
+
+def test_a_map_that_wraps_beyond_its_windows_is_named(monkeypatch):
+    """No validation moves beyond a window: it passed with a map that turns a hand the other way."""
+    real = ActuationMap.saturating_codes
+
+    def wrapping(self, angles):
+        low, high = self.window_rad.T
+        codes = np.rint((np.asarray(angles) - low) / (high - low) * 65535).astype(np.int64) % 65536
+        return real(self, angles)._replace(codes=codes.astype(np.uint16))
+
+    monkeypatch.setattr(ActuationMap, "saturating_codes", wrapping)
+    with open_target(unit="reference") as target:
+        done = validate(target, GENTLE)
+    assert done.diagnosis.suspects == (Suspect(Part.DRIVER),)
+    assert {finding.check for finding in failed(done.driver.findings)} == {"unclipped"}

@@ -9,7 +9,17 @@ import numpy as np
 from aero.actuation.window import fits_span
 from aero.channels import Channel
 from aero.protocol import MAX_CODE
-from hil.checks.shared.experiment import OPENED, Measured, Sampler, last_before, map_of, one_closed, require
+from hil.checks.shared.experiment import (
+    OPENED,
+    UNCLIPPED,
+    Measured,
+    Sampler,
+    last_before,
+    map_of,
+    one_closed,
+    require,
+    unclipped,
+)
 from hil.checks.shared.signals import closing_current, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -24,7 +34,7 @@ FURTHEST = (NUDGE,) * 7
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Close each channel a little and open it again."""
-    recorder.begin({"nudge": NUDGE, "half_s": HALF_S})
+    recorder.begin({"nudge": NUDGE, "half_s": HALF_S, UNCLIPPED: unclipped(target.map)})
     driver = Sampler(target, recorder, progress, HALF_S * (1 + 2 * len(Channel)))
     driver.hold(OPENED, HALF_S, "open hand")
     for channel in Channel:

@@ -15,7 +15,7 @@ from aero.floats import Floats
 from hil.checks.driver.independent_frames import FRAME, SERVO_OF_CHANNEL, Opcode, words_of
 from hil.checks.driver.independent_map import MAP, codes_of_lengths, lengths_of_codes
 from hil.checks.shared.exchanges import Exchange, exchanges
-from hil.checks.shared.experiment import UNASKED, Measured
+from hil.checks.shared.experiment import UNASKED, UNCLIPPED, Measured
 from hil.recordings.recording import Recording, Series
 
 CURRENT_A = 6.5e-3
@@ -40,8 +40,8 @@ def measure(recording: Recording) -> Measured:
 
     By channel: `sent` and `mapped` (codes), `read_wrong` (steps of the reading, over all kinds), `mapped_back` (mm,
     mrad), `mapped_bias` (codes, the mean of `mapped`). Of the hand: `unsent` (commands without a frame), `extra`
-    (frames without a command), `limits` (speed and torque limits other than a validation's) and `unasked` (readings
-    that the driver returned without a request).
+    (frames without a command), `limits` (speed and torque limits other than a validation's), `unasked` (readings
+    that the driver returned without a request) and `unclipped` (window ends beyond which the map returns another code).
     """
     requests = exchanges(recording.wire)
     sent, unsent, extra = _sent(recording, requests)
@@ -59,6 +59,7 @@ def measure(recording: Recording) -> Measured:
             "extra": float(extra),
             "limits": _limits(recording, requests),
             "unasked": float(recording.header.parameters.get(UNASKED, 0.0)),
+            "unclipped": float(recording.header.parameters.get(UNCLIPPED, 0.0)),
         },
     }
 

@@ -164,6 +164,21 @@ UNASKED = "unasked_readings"
 """Parameter of a recording: readings that the driver returned without a byte to the board."""
 
 
+UNCLIPPED = "unclipped_targets"
+"""Parameter of a recording: ends of windows beyond which the map returns another code than the end's."""
+BEYOND_RAD = (1e-4, 0.5, 100.0)
+
+
+def unclipped(codec: ActuationMap) -> int:
+    """Return the number of window ends beyond which a target is not clipped; a code that wraps is a full motion."""
+    low, high = codec.window_rad.T
+    wrong = np.zeros((2, len(Channel)), bool)
+    for beyond in BEYOND_RAD:
+        wrong[0] |= np.asarray(codec.saturating_codes(low - beyond).codes) != 0
+        wrong[1] |= np.asarray(codec.saturating_codes(high + beyond).codes) != MAX_CODE
+    return int(wrong.sum())
+
+
 def read(target: Target, recorder: Recorder, call: Callable[[], NDArray[Any]]) -> tuple[NDArray[Any], float]:
     """Return a reading of the driver, (7,), and the time of its request, s.
 

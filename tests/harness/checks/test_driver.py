@@ -82,7 +82,7 @@ def test_bytes_that_say_what_was_commanded_are_right():
     found = driver.measure(good())
     assert found == {
         **dict.fromkeys(LABELS, QUIET),
-        "hand": {"unsent": 0.0, "extra": 0.0, "limits": 0.0, "unasked": 0.0},
+        "hand": {"unsent": 0.0, "extra": 0.0, "limits": 0.0, "unasked": 0.0, "unclipped": 0.0},
     }
 
 
