@@ -384,7 +384,7 @@ class PortGuard:
 
     def _screen(self, frame: bytes) -> bytes | None:
         """Return the frame to send for a client's frame, None for a refused one."""
-        self._heard = self._clock.now()
+        self._heard = self._present = self._clock.now()  # who sends is there, whatever the latest look said
         if self.state is PortState.OPENING:
             return None
         opcode = frame[0]

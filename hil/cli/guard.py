@@ -27,8 +27,9 @@ from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import SIDE
 from hil.cli.output_files import FOLDER, LINK
 from hil.dialogue.printing import echo
-from hil.emulated.emulated_spec import named_spec
-from hil.targets.hand_spec import PHYSICAL
+from hil.recordings.output import emptied
+from hil.targets.hand_spec import PHYSICAL, PortSpec
+from hil.targets.hands_file import EMULATED_TARGETS, fields_of
 from hil.targets.typed_lines import TypedLines
 
 WORDS = "`resume` accepts commands again after a stop; `status` says how long this grip can be held"
@@ -66,12 +67,15 @@ def guard(
     stopping = [one for one in STOPPING if signal.getsignal(one) is not signal.SIG_IGN]
     with noted(*stopping) as ended, ExitStack() as opened:
         with usage_errors():
-            spec = named_spec(port, firmware=firmware, side=side)
-            if spec.in_software:
+            asked = {"firmware": firmware, "side": side}
+            said = fields_of(port) | {name: value for name, value in asked.items() if value is not None}
+            if said["port"] in EMULATED_TARGETS:
                 raise ValueError(f"a guard stands before a port; `aero-hil emulate --link PATH` serves {port!r} on one")
+            spec = PortSpec(**said)
             if link is not None:
                 LINK.distinct(link)
-            FOLDER.distinct(black_box)
+            FOLDER.prepared(black_box)
+        opened.enter_context(emptied(black_box))
         limits, usual = spec.thresholds or Thresholds(), firmware_of(spec.firmware).settings
         spans = CommandWindow.for_firmware(spec.firmware, None, spec.side).spans_counts()
         known = KnownPort.of(spec.port)

@@ -170,6 +170,16 @@ def test_a_word_from_before_a_stop_does_not_resume_and_one_after_it_does():
     assert found.torque == 700
 
 
+def test_a_client_may_close_the_hand_as_soon_as_it_has_opened_the_port():
+    """Looks for a client are a tenth of a second apart."""
+    with guarded_port() as port:
+        t = port.line.clock.now()
+        port.line.present = (t + 3.03, np.inf)
+        port.line.script += [(t + 3.031 + 0.1 * step, FIST) for step in range(20)]
+        assert port.run(5.0).state is PortState.PASSING
+    assert [stop.violation.reason for stop in port.stops] == [SafetyReason.ENDED]
+
+
 HEALTHY_S = float(os.environ.get("PORT_GUARD_S", "40"))
 
 

@@ -11,7 +11,7 @@ from pages import LIMIT_S, ROOT, missing
 
 from aero import AeroHand
 
-SERVERS = re.compile(r"aero-hil (emulate|view|proxy)\b")
+SERVERS = re.compile(r"aero-hil (emulate|view|proxy|guard)\b")
 """Commands that run until Ctrl-C."""
 PORTS = ("/dev/ttyACM0", "/dev/ttyACM1")
 SHORTER = {

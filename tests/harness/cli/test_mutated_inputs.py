@@ -204,6 +204,7 @@ LINES = (
     "baseline r --out b",
     "emulate --listen 127.0.0.1:x --fault link_silent",
     "proxy /dev/none --link p --fault reply_lost=0.5",
+    "guard /dev/none --link p --firmware 0.1.5 --hand left --black-box b",
     "calibrate x.mcap --start reference --out u.toml",
     "evaluate steady --units 1 --seconds 0.1 --seed 1",
     "campaign --healthy 1 --only presence --first-seed 3 --workers 1 --out c",

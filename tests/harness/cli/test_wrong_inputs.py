@@ -69,6 +69,7 @@ FILE_WRITERS = (
     "emulate --state WRONG",
     "emulate --link WRONG",
     "emulate --bus-link WRONG",
+    "guard /dev/ttyNoSuchHand --link WRONG",
 )
 FOLDER_WRITERS = (
     "validate --only presence --out WRONG",
@@ -76,6 +77,7 @@ FOLDER_WRITERS = (
     "train --steps 1 --out WRONG",
     "calibrate RECORDING --out OUT.toml --plots WRONG",
     "baseline RESULTS WRONG",
+    "guard /dev/ttyNoSuchHand --black-box WRONG",
 )
 PLACES = ("/sys/kernel/aero-hil", "FILE/x", "LOOP", "/dev/full", "LONG", "")
 """Where nothing can be written, whoever asks: /sys/kernel refuses the superuser too."""
@@ -86,6 +88,7 @@ PORT_USERS = (
     "run-policy --hil WRONG",
     "replay RECORDING --hil WRONG",
     "emulate --bus-port WRONG",
+    "guard WRONG",
 )
 PORTS = ("/dev/ttyNoSuchHand", "FILE", "FOLDER", "/dev/null", "socket://127.0.0.1:1", "none://x", "[/z]", "")
 
