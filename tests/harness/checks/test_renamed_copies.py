@@ -1,5 +1,6 @@
 """A metric is local: a copy of it under another name changes no sentence and no suspect."""
 
+import ast
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -107,3 +108,18 @@ def test_the_runs_have_something_to_say(before):
     seen = {clue.seen for _, (isolation, _) in before for clue in isolation.clues}
     assert any("reads as firmware" in text for text in seen)
     assert len(seen) > 3
+
+
+def test_no_other_module_names_a_metric():
+    """Names of one word are those of series and tables, too."""
+    names = {metric for _, metric in METRICS if "_" in metric}
+    root = Path(__file__).parents[3]
+    folders = ("hil", "train/limits", "train/campaign")
+    others = (path for folder in folders for path in (root / folder).rglob("*.py") if "checks" not in path.parts)
+    found = {
+        (path.name, node.value)
+        for path in others
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and node.value in names
+    }
+    assert found == set()
