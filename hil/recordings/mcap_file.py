@@ -56,8 +56,8 @@ BUFFER_BYTES = 4096
 """Size of the write buffer for compressed data."""
 LARGEST_RECORD = 64 * 2**20
 """Threshold of record size, bytes; above it the file counts as damaged. Real records have a few kB."""
-LEAST_ROOM, MOST_TIMES = 2**23, 25
-"""Decompression limit: the larger of 8 MiB and 25 times the file size. Real recordings expand 2 to 5 times."""
+LEAST_ROOM, MOST_TIMES = 2**21, 10
+"""Decompression limit: the larger of 2 MiB and 10 times the file size. Real recordings expand 2 to 5 times."""
 FARTHEST_NS = 2**63
 """Limit of dates, ns from 1970. Source: MCAP times are 64 bits wide."""
 DAMAGED = (

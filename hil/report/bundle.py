@@ -1,18 +1,20 @@
-"""Bundle of a run for a bug report: a zip file without the names of user, home folder and computer.
+"""Bundle of a run for a bug report: a zip file without personal details, such as names, homes, computers, addresses.
 
 | member | content |
 |---|---|
-| `EXPERIMENT.mcap` | recordings, with messages of other programs removed |
-| `checks.json`, `case.json` | those of the run, if there are any |
+| `EXPERIMENT.mcap`, `step-N/EXPERIMENT.mcap` | recordings of the run and of the reruns of its case |
+| `checks.json`, `case.json`, `step-N/checks.json` | those of the run, if there are any |
+| `case.html` | page of the case, made from the case of the bundle |
 | `bundle.json` | versions, commit, findings of `aero-hil doctor`, recordings that could not be read |
+
+Fields of a recording's header are kept by a list; of all texts only words of this program remain.
 """
 
 import dataclasses
-import getpass
-import os
 import re
+import shutil
 import zlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,48 +26,26 @@ from aero.whole_file import begin_file, whole
 from hil.recordings.errors import UnusableFileError, writing
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.output import json_text
-from hil.recordings.provenance import OPERATOR, host, source_commit, versions
+from hil.recordings.provenance import source_commit, versions
 from hil.recordings.recording import Header, Recording
+from hil.report.anonymous import Scrub, known_words, scrubbed, scrubber
+from hil.report.page import render_case
+from hil.report.run_folder import CASE_PAGE
+from hil.targets.hands_file import EMULATED_TARGETS
 from hil.verdict.baseline import LARGEST_BYTES
-from hil.verdict.case_file import CASE
+from hil.verdict.case_file import CASE, STEP, case_of
 
-FORMAT = 1
-MOST_BYTES = 2**30
-"""Limit of the unpacked size of a bundle, bytes; a run of 200 s has 10 MB."""
-HOMES = re.compile(r"(?:[A-Za-z]:)?[/\\]+(?:home|Users)[/\\]+[^/\\\s'\",;:]+")
-"""Pattern of any home folder, such as that of the operator on another computer."""
-FREE_TEXT = {"note", "answers", "hand_id", "unit", "target", "command"}
-"""Keys of a case whose texts are not from a fixed vocabulary."""
+FORMAT = 2
+LEAST_ROOM, MOST_TIMES = 2**21, 2
+"""Limit of the unpacked size of a bundle: the larger of 2 MiB and twice the file size; recordings are compressed."""
+KEPT = {
+    "experiment", "hand", "firmware", "map", "window", "seed", "safety", "commit", "started", "duration_s", "finished",
+}  # fmt: skip
+"""Fields of a header that are kept as they are; their values are numbers, dates or of a fixed vocabulary."""
+FREE_TEXT = {"note", "answers", "hand_id", "serial_number", "unit", "target", "command", "baseline", "firmware_program"}
+"""Keys of JSON files whose texts a person or a computer has named."""
 DAMAGED = (BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, ValueError)
 """Exceptions that a damaged or foreign zip file raises."""
-
-Scrub = Callable[[str], str]
-
-
-def scrubber(headers: Iterable[Header]) -> Scrub:
-    """Return a function that replaces names of user, home folder and computer, of here and of `headers`."""
-    users, hosts, homes = set[str](), {host()}, set[str]()
-    with suppress(OSError, KeyError):  # no such user, as in some containers
-        users.add(getpass.getuser())
-    users |= {os.environ.get(name, "") for name in ("USER", "LOGNAME", "USERNAME", OPERATOR)}
-    with suppress(RuntimeError):  # a user without a home folder
-        homes.add(str(Path.home()))
-    for header in headers:
-        users.add(header.operator)
-        hosts.add(header.host)
-    hosts |= {name.partition(".")[0] for name in hosts}
-    rules = [(re.escape(home), "~") for home in homes if len(home) > 1] + [(HOMES.pattern, "~")]
-    for names, substitute in ((hosts, "COMPUTER"), (users, "USER")):
-        # The longest first, because a name may begin with another.
-        longest = sorted(filter(None, names), key=len, reverse=True)
-        rules += [(rf"(?<![^\W_]){re.escape(name)}(?![^\W_])", substitute) for name in longest]
-
-    def scrub(text: str) -> str:
-        for pattern, substitute in rules:
-            text = re.sub(pattern, substitute, text, flags=re.IGNORECASE)
-        return text
-
-    return scrub
 
 
 def write_bundle(folder: Path, names: Collection[str], path: Path, doctor: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -82,57 +62,66 @@ def write_bundle(folder: Path, names: Collection[str], path: Path, doctor: Seque
     """
     recordings: dict[str, Recording] = {}
     left_out: list[str] = []
-    for name in names:
-        with suppress(FileNotFoundError):
-            try:
-                recordings[f"{name}.mcap"] = read_recording(folder / f"{name}.mcap")
-            except UnusableFileError as error:
-                left_out.append(str(error))
+    steps = sorted(path.name for path in folder.glob(STEP.format("[0-9]*")) if path.is_dir())
+    for place in ("", *(f"{step}/" for step in steps)):
+        for name in names:
+            with suppress(FileNotFoundError):
+                try:
+                    recordings[f"{place}{name}.mcap"] = read_recording(folder / f"{place}{name}.mcap")
+                except UnusableFileError as error:
+                    left_out.append(str(error))
     scrub = scrubber(recording.header for recording in recordings.values())
-    about = {"format": FORMAT, "versions": versions(), "commit": source_commit(), "doctor": doctor}
+    about = {"format": FORMAT, "commit": source_commit(), "versions": versions()}
+    said = {"doctor": _lines(doctor, scrub), "left_out": _lines(left_out, scrub)}
     with writing(path), whole(path) as draft, TemporaryDirectory() as place, ZipFile(draft, "x", ZIP_DEFLATED) as made:
         for name, recording in recordings.items():
-            write_recording(_anonymous(recording, scrub), Path(place, name))
-            made.write(Path(place, name), name)
-        for name, keys in (("checks.json", None), (CASE, FREE_TEXT)):
+            write_recording(_anonymous(recording, scrub), Path(place, "recording.mcap"))
+            made.write(Path(place, "recording.mcap"), name)
+        for name in ("checks.json", CASE, *(f"{step}/checks.json" for step in steps)):
             with suppress(OSError, ValueError):  # a run that ended early has none
-                made.writestr(name, json_text(_scrubbed(read_json(folder / name, LARGEST_BYTES), scrub, keys)))
-        made.writestr("bundle.json", json_text(_scrubbed(about | {"left_out": left_out}, scrub, None)))
+                made.writestr(name, json_text(scrubbed(read_json(folder / name, LARGEST_BYTES), scrub, FREE_TEXT)))
+        with suppress(KeyError, ValueError, TypeError, AttributeError):  # no case of this version
+            case = case_of(scrubbed(read_json_or_none(folder / CASE), scrub, FREE_TEXT)).case
+            made.writestr(CASE_PAGE, render_case(case))
+        made.writestr("bundle.json", json_text(about | said))
     return left_out
 
 
-def _scrubbed(content: Any, scrub: Scrub, keys: Collection[str] | None) -> Any:
-    """Return JSON content with its texts scrubbed: all texts, or those below `keys`."""
-    if isinstance(content, Mapping):
-        return {
-            name: _scrubbed(value, scrub, None if keys is None or name in keys else keys)
-            for name, value in content.items()
-        }
-    if isinstance(content, list | tuple):
-        return [_scrubbed(value, scrub, keys) for value in content]
-    return scrub(content) if isinstance(content, str) and keys is None else content
+def read_json_or_none(path: Path) -> Any:
+    """Return the content of a JSON file, or None without one."""
+    try:
+        return read_json(path, LARGEST_BYTES)
+    except OSError:
+        return None
+
+
+def _lines(content: Any, scrub: Scrub) -> Any:
+    """Return JSON content with every text below it scrubbed."""
+    return scrubbed({"note": content}, scrub, FREE_TEXT)["note"]
 
 
 def _anonymous(recording: Recording, scrub: Scrub) -> Recording:
-    """Return a recording without personal names in header and events."""
+    """Return a recording without personal details in header and events."""
     header = recording.header
-    # A word such as `reference` may be somebody's name too, so units and targets are scrubbed as paths only.
-    unit, target = (scrub(text) if re.search(r"[/\\]", text) else text for text in (header.unit, header.target))
-    named = {name: scrub(value) if isinstance(value, str) else value for name, value in header.parameters.items()}
-    return dataclasses.replace(
-        recording,
-        header=dataclasses.replace(
-            header,
-            host="",
-            operator="",
-            command=scrub(header.command),
-            hand_id=scrub(header.hand_id),
-            unit=unit,
-            target=target,
-            parameters=named,
-        ),
-        events=tuple(dataclasses.replace(event, text=scrub(event.text)) for event in recording.events),
+    texts = {name: scrub(value) if isinstance(value, str) else value for name, value in header.parameters.items()}
+    kept = {name: getattr(header, name) for name in KEPT}
+    made = Header(
+        **kept,
+        target=header.target if header.target in EMULATED_TARGETS else "port",
+        unit=scrub(header.unit),
+        hand_id=scrub(header.hand_id),
+        faults=known_words(header.faults),
+        command=scrub(header.command),
+        parameters=texts,
+        versions={known_words(name): _version(version) for name, version in header.versions.items()},
     )
+    events = tuple(dataclasses.replace(event, text=scrub(event.text)) for event in recording.events)
+    return dataclasses.replace(recording, header=made, events=events)
+
+
+def _version(text: str) -> str:
+    """Return a version without its local part, such as a folder or a user."""
+    return found[0] if (found := re.match(r"\d[\d.]*(?:rc\d+|[ab]\d+)?", text)) else known_words(text)
 
 
 @contextmanager
@@ -150,11 +139,13 @@ def unpacked(path: Path, names: Collection[str]) -> Iterator[Path]:
                     wanted = [
                         info for info in archive.infolist() if info.filename in {f"{name}.mcap" for name in names}
                     ]
-                    if sum(info.file_size for info in wanted) > MOST_BYTES:
-                        raise UnusableFileError(f"{path} unpacks to more than {MOST_BYTES >> 20} MiB")
+                    room = max(LEAST_ROOM, MOST_TIMES * path.stat().st_size)
+                    # The index alone: a member's data end at the size that it claims.
+                    if sum(info.file_size for info in wanted) > room:
+                        raise UnusableFileError(f"{path} unpacks to more than {room} bytes")
                     for info in wanted:
-                        with begin_file(Path(place, info.filename)) as file:
-                            file.write(archive.read(info))
+                        with begin_file(Path(place, info.filename)) as file, archive.open(info) as member:
+                            shutil.copyfileobj(member, file)
             except UnusableFileError:
                 raise
             except DAMAGED as error:

@@ -3,12 +3,15 @@
 import getpass
 import json
 import platform
+import re
 import shutil
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from zipfile import ZipFile
+from zipfile import ZIP_DEFLATED, ZipFile
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from hypothesis import given
@@ -17,9 +20,10 @@ from hypothesis import strategies as st
 from hil.cli import main, report
 from hil.cli.doctor.finding import Examined, Verdict
 from hil.recordings.mcap_file import _records, read_recording, write_recording
-from hil.recordings.recording import Event, Header
+from hil.recordings.recording import Event, Header, Series
 from hil.report import bundle
-from hil.report.bundle import scrubber, unpacked
+from hil.report.anonymous import scrubber
+from hil.report.bundle import unpacked
 from hil.report.run_folder import JUDGED_NAMES
 
 USER, HOST = "quillfeather", "inkwell.example.org"
@@ -116,9 +120,9 @@ def test_a_bundle_has_recordings_checks_case_versions_and_what_doctor_found(pack
         case = json.loads(archive.read("case.json"))
         assert {"presence.mcap", "audit.mcap", "session.mcap", "checks.json"} < set(archive.namelist())
     assert about["versions"].keys() >= {"python", "aero-hil", "numpy"}
-    assert about["doctor"][0]["finding"] == "USER@COMPUTER"
+    assert about["doctor"][0]["finding"] == "***"
     assert about["left_out"] == []
-    assert case["answers"] == {"cable": "USER pulled it, it is torn"}
+    assert case["answers"] == {"cable": "*** pulled it, it is torn"}
 
 
 def test_a_bundle_opens_elsewhere_with_the_same_verdict(packed, place, tmp_path, monkeypatch):
@@ -167,7 +171,8 @@ def test_a_foreign_zip_file_is_one_line(tmp_path, kind, packed, monkeypatch):
     path = tmp_path / "in" / "b.zip"
     path.parent.mkdir()
     if kind == "large":
-        monkeypatch.setattr(bundle, "MOST_BYTES", 10)
+        monkeypatch.setattr(bundle, "LEAST_ROOM", 10)
+        monkeypatch.setattr(bundle, "MOST_TIMES", 0)
     if kind == "text":
         path.write_text("text")
     elif kind in ("cut", "large"):
@@ -200,3 +205,110 @@ def test_no_name_of_a_header_stays_in_a_text(user, host, text):
     scrubbed = scrubber([header])(text.format(user, host))
     for name in {user, host} - {"run", "held", "user", "computer", "home", "users"}:
         assert name not in scrubbed
+
+
+ACCOUNTS = (
+    ("Jane Smithson", "/home/mary jane", "lab7.example.org"),
+    ("jürgen", "/Users/Jürgen Groß", "MacBook-von-Jürgen.local"),
+    ("O'Brien", "/home/o'brien", "obrien-laptop"),
+    ("CORP\\\\hweber", "C:\\\\Users\\\\Heike Weber", "DESKTOP-4F7Q2K1"),
+    ("李雷", "/home/李雷", "实验室"),
+    ("jane.doe", "/export/homes/jane.doe", "node17.cluster.example"),
+    ("kowalczyk99", "/mnt/users/kowalczyk99", "192.168.7.23"),
+    ("mark", "/home/mark", "marksbench"),
+    ("root", "/root/quillwork", "a1b2c3d4e5f6"),
+    ("svc_robotics", "/opt/svc_robotics", "fe80::1ff:fe23:4567:890a"),
+)
+"""Operator, home and computer."""
+
+
+def owned(run, account, folder):
+    """Return a copy of a run whose texts name an account in every way that a person's or a computer's text can."""
+    operator, home, computer = account
+    shutil.copytree(run, folder / "run")
+    (folder / "run" / "step-1").mkdir()
+    shutil.copy(run / "audit.mcap", folder / "run" / "step-1")
+    said = f"{operator} on {computer}: no hand at rfc2217://{computer}:4000, {home}/twin.toml of {operator} is old"
+    for path in (folder / "run").rglob("*.mcap"):
+        made = read_recording(path)
+        header = replace(
+            made.header, operator=operator, host=computer, command=f"aero-hil validate --unit '{home}/a.toml'",
+            unit=f"{home}/a.toml", target=f"rfc2217://{computer}:4000", hand_id=f"{operator}-left",
+            serial_number="55830123456", parameters={"policy": f"{home}/p.npz", "who": operator},
+        )  # fmt: skip
+        write_recording(replace(made, header=header, events=(Event(0.0, "info", said),)), path)
+    for name in ("checks.json", "case.json"):
+        path = folder / "run" / name
+        content = json.loads(path.read_text())
+        content |= (
+            {"answers": {said: said}} if name == "case.json" else {"findings": [{"source": f"baseline {home}/b"}]}
+        )
+        path.write_text(json.dumps(content | {"hand_id": f"{operator}-left", "note": said}))
+    return folder / "run"
+
+
+@pytest.mark.parametrize("account", ACCOUNTS, ids=range(len(ACCOUNTS)))
+def test_nothing_of_an_account_is_in_a_bundle(place, tmp_path, monkeypatch, account):
+    run = owned(place / "run", account, tmp_path)
+    told = Examined("holder", Verdict.LOOK, " ".join(account), data={"who": account[0], "55830123456": [account[1]]})
+    monkeypatch.setattr(report, "examine", lambda: [told])
+    done = CliRunner().invoke(
+        main, ["report", str(run), "--bundle", str(tmp_path / "b.zip"), "--out", str(tmp_path / "r.html")]
+    )
+    with ZipFile(tmp_path / "b.zip") as archive:
+        assert {"case.html", "case.json", "step-1/audit.mcap"} < set(archive.namelist()), done.output
+    held = b"\n".join(everything(tmp_path / "b.zip")).decode(errors="replace").lower()
+    words = {word for text in account for word in re.findall(r"[^\W\d_]{3,}", text.lower())} | {"55830123456"}
+    ordinary = {"home", "users", "root", "mark", "local", "opt", "mnt", "homes", "example", "export", "left", "node"}
+    assert (words - ordinary) & {*re.findall(r"[^\W\d_]+|\d+", held)} == set()
+    assert [text for text in account if text.lower() in held and text not in ("root", "mark")] == []
+
+
+def test_a_name_that_is_a_channel_changes_no_subject(place, tmp_path, monkeypatch):
+    be(monkeypatch, tmp_path, user="ring", host="index")
+    monkeypatch.setattr(report, "examine", lambda: [])
+    words = ["report", str(place / "run"), "--bundle", str(tmp_path / "b.zip"), "--out", str(tmp_path / "r.html")]
+    CliRunner().invoke(main, words)
+    before = json.loads((place / "run" / "checks.json").read_text())
+    with ZipFile(tmp_path / "b.zip") as archive:
+        after = json.loads(archive.read("checks.json"))
+    for name in ("findings", "measured", "counts", "not_run"):
+        keep = ("subject", "check", "measured", "expected", "passed", "words", "experiment", "excess")
+        if name == "findings":
+            pairs = zip(after[name], before[name], strict=True)
+            assert all(one[key] == other[key] for one, other in pairs for key in keep)
+        else:
+            assert after[name] == before[name]
+
+
+HOSTILE = """
+import sys
+from hil.cli import main
+try:
+    main(["report", *sys.argv[1:]])
+finally:
+    (peak,) = [line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM")]
+    print(int(peak) // 1024)
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads /proc")
+@pytest.mark.parametrize("kind", ["zeros", "samples"])
+def test_a_hostile_zip_file_takes_little_memory(place, tmp_path, kind):
+    path = tmp_path / "b.zip"
+    with ZipFile(path, "w", ZIP_DEFLATED) as archive:
+        if kind == "zeros":
+            with archive.open("audit.mcap", "w") as member:
+                for _ in range(1000):
+                    member.write(bytes(2**20))
+        else:
+            made = read_recording(place / "run" / "audit.mcap")
+            flat = Series.of(("index",), ("A",), np.zeros(100_000), np.zeros((100_000, 1)))
+            write_recording(replace(made, series={**made.series, "currents": flat}), tmp_path / "a.mcap")
+            archive.write(tmp_path / "a.mcap", "audit.mcap")
+    done = subprocess.run(
+        [sys.executable, "-c", HOSTILE, path, "--out", tmp_path / "r.html"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2, done.stderr
+    assert ("unpacks to more than" in done.stderr) == (kind == "zeros")
+    assert int(done.stdout.split()[-1]) < 200
