@@ -22,6 +22,13 @@ from model.softness import constraint
 
 COUPLING_COMPLIANCE = 0.002
 """Compliance of the PIP-DIP and thumb MCP-IP couplings, rad/(N m)."""
+BINDING = "thumb_binding"
+"""Tendon name of the soft stop of abduction where a thumb binds at the palm."""
+BINDING_RECESS = 2.5
+"""Recess of that stop by flexion, rad of abduction per rad of CMC; with the compliance fitted to the currents of one
+owner's thumb (Jindongleee/aero-hand-mediapipe-teleop 6e7f9ab, config.py)."""
+BINDING_COMPLIANCE = 0.43
+"""Compliance of that stop, rad/(N m): thumb, pads and printed palm."""
 SPOOL_ROW = (
     Channel.PINKY,
     Channel.RING,
@@ -81,6 +88,9 @@ def _assemble(side: Side, unit: BuiltHandParameters) -> mujoco.MjSpec:
     couple(spec, description)
     if unit.thenar_radius:
         _add_thenar_stop(spec, unit)
+    if unit.thumb_binding:
+        binding = spec.add_tendon(name=BINDING, limited=mujoco.mjtLimited.mjLIMITED_TRUE, range=(-LONGEST, LONGEST))
+        binding.wrap_joint(Joint.THUMB_ABDUCTION.label, 1.0)
     for channel in CABLES:
         _add_spool(spec, side, channel, unit)
         _add_cable(spec, channel, unit)
@@ -199,6 +209,9 @@ def _soften(spec: mujoco.MjSpec, unit: BuiltHandParameters) -> None:
         tendon = spec.tendon(cable_name(channel))
         inverse_mass = float(probe.tendon_invweight0[probe.tendon(tendon.name).id])
         tendon.solref_limit, tendon.solimp_limit = constraint(unit.cable_compliance, inverse_mass, unit.timestep)
+    if unit.thumb_binding:
+        binding, inverse = spec.tendon(BINDING), float(probe.tendon_invweight0[probe.tendon(BINDING).id])
+        binding.solref_limit, binding.solimp_limit = constraint(BINDING_COMPLIANCE, inverse, unit.timestep)
     # Stiff friction constraints, because with MuJoCo's default a loaded joint creeps by about 20 counts/s.
     holding = constraint(0.0, 1.0, unit.timestep)
     for name in (*(joint.label for joint in Joint), *map(shaft_name, CABLES)):

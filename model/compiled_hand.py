@@ -10,7 +10,7 @@ import numpy as np
 from aero.channels import CABLES, Channel, Joint
 from aero.floats import Floats
 from firmware_emulator.plant import Drive
-from model.built import cable_name, shaft_name, winding
+from model.built import BINDING, BINDING_RECESS, cable_name, shaft_name, winding
 from model.geometry.winding import SPOOL_RADIUS
 from model.parameters import BuiltHandParameters
 
@@ -62,6 +62,7 @@ class CompiledHand:
         """True if the friction of the spools depends on the tensions."""
         self._shaft_joints = np.array([shaft.id for shaft in shafts])
         self._cables = np.array([model.tendon(cable_name(channel)).id for channel in CABLES])
+        self._binding = model.tendon(BINDING).id if parameters.thumb_binding else None
         first = model.sensor(sensors[0].name).adr[0]
         self.tension_sensors = slice(first, first + len(sensors))
         """Slice of the cable tensions, (6,), in `sensordata`."""
@@ -109,6 +110,13 @@ class CompiledHand:
             factors: factors on the friction of each sheath, (6,).
         """
         np.add(self._spool_friction, self._sheath_radius * tensions * factors, out=self._friction)
+
+    def bind(self, data: mujoco.MjData) -> None:
+        """Move the stop of a thumb that binds to the present flexion of its CMC joint."""
+        if self._binding is not None:
+            flexion = data.qpos[self.joint_qpos[Joint.THUMB_CMC]]
+            stop = self.parameters.thumb_binding - BINDING_RECESS * flexion
+            self.model.tendon_range[self._binding] = stop, stop + 2.0 * np.pi
 
     def tensions(self, data: mujoco.MjData) -> Floats:
         """Return the cable tensions of the last step, (6,), N, in the order of `CABLES`."""

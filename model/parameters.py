@@ -76,6 +76,9 @@ class BuiltHandParameters:
     """Closed end stops, rad; fingers blocked at 0.976-0.979 of 288.16°, abduction 1.871 rad (paper, kinematic test)."""
     thenar_radius: float = THENAR_RADIUS
     """Radius of the palm's stop for the metacarpal in flexion without abduction, m; zero for none."""
+    thumb_binding: float = 0.0
+    """Abduction below which the extended thumb binds at the palm, rad; zero for a healthy thumb. Flexion of the CMC
+    frees it: `model.built.BINDING_RECESS`."""
     stop_compliance: float = 0.005
     """Compliance of a joint's end stops, rad/(N m); printed parts, assumed."""
     pad_friction: float = 0.7

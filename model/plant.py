@@ -28,6 +28,8 @@ NOTICEABLE = 0.003
 """Threshold of a supply change, fraction of nominal; above it the drives are updated."""
 FAR_M, FAR_RAD = 0.1, 0.5
 """Thresholds of cable stretch, m, and of the angle beyond a stop, rad; above them the state is reset after a repair."""
+PARTS = ("contacts", "thenar_radius", "thumb_binding")
+"""Parameters that determine the parts of the model, so a running hand keeps them."""
 LEAST_SUPPLY = 0.3
 """Lower limit of the sagged supply, fraction of the unit's supply."""
 
@@ -106,6 +108,7 @@ class BuiltHandPlant(Plant):
             self.compiled.rub(self._tensions, self._sheaths())
         if self.parameters.supply_sag:
             self._sag()
+        self.compiled.bind(data)
         full = int(span / step + TIME_RESOLUTION)
         if full:
             mujoco.mj_step(model, data, full)
@@ -161,14 +164,13 @@ class BuiltHandPlant(Plant):
         """Replace the parameters and keep the state, as for a fault or a repair.
 
         Args:
-            parameters: new parameters, with equal `contacts` and `thenar_radius`.
+            parameters: new parameters, with equal `PARTS`.
 
         Raises:
-            ValueError: another `contacts` or `thenar_radius`.
+            ValueError: another value of one of `PARTS`.
         """
-        kept = self.parameters
-        if (parameters.contacts, parameters.thenar_radius) != (kept.contacts, kept.thenar_radius):
-            raise ValueError("a hand that moves keeps its parts: contacts and thenar_radius cannot change")
+        if any(getattr(parameters, part) != getattr(self.parameters, part) for part in PARTS):
+            raise ValueError(f"a hand that moves keeps its parts: {', '.join(PARTS)} cannot change")
         self.parameters = parameters
         self.compiled = CompiledHand(self._spec(self._side), parameters)
         self._model = self.compiled.model

@@ -1,13 +1,15 @@
 """Units: one TOML file for each individual hand behind the emulated electronics.
 
-`[hand]` fills `model.BuiltHandParameters`, `[servos]` fills `firmware_emulator.ServoParameters`; missing keys keep
-their defaults. The motors' back-EMF follows from the servos. `description` identifies the hand.
+`like` names a shipped unit whose keys a file inherits. `[hand]` fills `model.BuiltHandParameters`, `[servos]` fills
+`firmware_emulator.ServoParameters`; missing keys keep their defaults. The motors' back-EMF follows from the servos.
+`description` identifies the hand.
 """
 
 import dataclasses
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from aero.regular_file import read_text
 from aero_hil_toml import filled, parsed
@@ -56,6 +58,19 @@ def shipped_units() -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
+def _shipped(name: str) -> str:
+    """Return the text of a shipped unit's file."""
+    if name not in shipped_units():
+        raise ValueError(f"there is no unit {name!r}; shipped are {', '.join(shipped_units())}")
+    return resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8")
+
+
+def _merged(base: dict[str, Any], table: dict[str, Any]) -> dict[str, Any]:
+    """Return `base` with the keys of `table`, section by section."""
+    sections = {key: base[key] | value for key, value in table.items() if isinstance(value, dict) and key in base}
+    return base | table | sections
+
+
 def load_unit(name: str) -> Unit:
     """Return a unit by shipped name, or by path (any name with the suffix `.toml`).
 
@@ -72,10 +87,12 @@ def load_unit(name: str) -> Unit:
         if not text.strip():
             raise ValueError(f"the unit file {name} is empty")
     elif name in shipped_units():
-        text = resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8")
+        text = _shipped(name)
     else:
         raise ValueError(f"there is no unit {name!r}; shipped are {', '.join(shipped_units())}, or give a .toml file")
     table = parsed(text, f"unit {name}")
+    if like := table.pop("like", ""):
+        table = _merged(parsed(_shipped(str(like)), f"unit {like}"), table)
     if "name" in table:
         raise ValueError(f"unit {name}: a unit is named by its file, remove the key 'name'")
     unit = filled(Unit, table, f"unit {name}")

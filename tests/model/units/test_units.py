@@ -68,3 +68,14 @@ def test_a_byte_order_mark_is_no_part_of_a_unit(tmp_path):
     path = tmp_path / "windows.toml"
     path.write_bytes(b"\xef\xbb\xbf" + unit_toml(load_unit("reference"), "", {}).encode())
     assert load_unit(str(path)).hand == load_unit("reference").hand
+
+
+def test_a_unit_inherits_from_the_one_that_it_is_like(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('like = "reference"\n[hand]\nsupply_sag = 0.5\n', encoding="utf-8")
+    unit, reference = load_unit(str(path)), load_unit("reference")
+    assert unit.hand == dataclasses.replace(reference.hand, supply_sag=0.5)
+    assert unit.servos == reference.servos
+    path.write_text('like = "nobody"\n', encoding="utf-8")
+    with pytest.raises(ValueError, match=r"no unit 'nobody'.*reference"):
+        load_unit(str(path))
