@@ -42,11 +42,12 @@ from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import CASE, STEP, StoredCase, read_case, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.diagnosis import NextStep
-from hil.verdict.group import Proposal
+from hil.verdict.failures import Piece
+from hil.verdict.group import AGAIN, Proposal
 from hil.verdict.judged_run import Validation
 from hil.verdict.noticed import Noticed, Place
 from hil.verdict.parts import listed
-from hil.verdict.rerun import Outcomes, Plan, nudge, rerun
+from hil.verdict.rerun import Outcomes, Plan, nudge, recurring, rerun
 from hil.verdict.run_end import EndKind
 from hil.verdict.steps import StepCheck, StepOutcome
 
@@ -97,6 +98,7 @@ class CaseSession:
             asker: dialogue with the user.
         """
         self.stored, self._folder, self._hand, self._asker = stored, folder, hand, asker
+        self._recurring: frozenset[Piece] | None = None
 
     @property
     def case(self) -> DiagnosisCase:
@@ -115,7 +117,10 @@ class CaseSession:
             self._asker.show(self._shown(proposal))
             with stops_held():  # an act that was done is stored, not asked for again
                 outcomes, note = self._taken(proposal, self._folder / STEP.format(len(self.case.done) + 1))
-                self._store(replace(self.stored, case=self.case.after(proposal, outcomes, note), answers={}))
+                case = self.case.after(proposal, outcomes, note)
+                if self._recurring is not None and len(case.done) == 1:
+                    case = case.narrowed(self._recurring)
+                self._store(replace(self.stored, case=case, answers={}))
         said = conclusion(self.case)
         if not self._hand.spec.in_software:
             said += f" Then validate again: {self._again}"
@@ -269,6 +274,7 @@ class CaseSession:
                 raise
             return stays
         outcomes, run = done
+        self._recurring = recurring(self.case, run) if proposal.step.name == AGAIN else None
         if proposal.step.check is StepCheck.VERSION and (text := _other_version(run)):
             self._asker.tell(text)
             outcomes = outcomes and (StepOutcome.UNSURE,) * len(outcomes)

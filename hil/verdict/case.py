@@ -10,11 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from hil.verdict.failures import Failures
+from hil.verdict.failures import LABELS, Failures, Piece
 from hil.verdict.group import AmbiguityGroup, CaseState, Proposal, in_order
 from hil.verdict.outcome import experiments_that_failed
 from hil.verdict.parts import Suspect
-from hil.verdict.steps import ENDED, FailureMode, StepOutcome
+from hil.verdict.run_end import FINISHED
+from hil.verdict.steps import ENDED, FailureMode, StepOutcome, neighbour
+from hil.verdict.suspects import Isolation, RunSigns, isolate
 
 
 @dataclass(frozen=True)
@@ -107,8 +109,37 @@ class DiagnosisCase:
 
     @cached_property
     def next_step(self) -> Proposal | None:
-        """Next step, or None once the case is closed."""
-        return next((one.next_step for one in self.going_on), None)
+        """Next step, or None once the case is closed; an exchange is with a channel that does not fail, if possible."""
+        found = next((one.next_step for one in self.going_on), None)
+        if found is None or found.at is None:
+            return found
+        pieces = {piece for one in self.opened for piece in one.before.pieces}
+        failing = {LABELS[piece.subject] for piece in pieces if piece.subject in LABELS}
+        moved = {one.proposal.beside for one in self.done if StepOutcome.MOVED in one.outcomes}
+        spared = frozenset(one for one in failing | moved if one is not None)
+        return replace(found, beside=neighbour(found.at, spared))
+
+    def narrowed(self, recurring: frozenset[Piece]) -> DiagnosisCase:
+        """Return the case after a first rerun without a change, with the evidence of partly recurring groups read anew.
+
+        Without a lost reply, late motion is evidence on its channel and no longer of the link.
+
+        Args:
+            recurring: pieces of evidence that recurred, or were not measured again.
+        """
+        (done,) = self.done
+        groups, outcomes = list[AmbiguityGroup](), list[StepOutcome]()
+        for group, outcome in zip(self.opened, done.outcomes, strict=True):
+            left = group.before.pieces & recurring
+            whole = group.before.ended or not left or left == group.before.pieces
+            found = (
+                (group,)
+                if whole
+                else groups_of(isolate(RunSigns(group.before.of_pieces(left), FINISHED)), group.before)
+            )
+            groups += found
+            outcomes += [outcome if whole else StepOutcome.STAYS] * len(found)
+        return replace(self, opened=tuple(groups), done=(replace(done, outcomes=tuple(outcomes)),))
 
     @property
     def by_chance(self) -> bool:
@@ -119,3 +150,10 @@ class DiagnosisCase:
         """Return the case after one more step, with one outcome for all groups or one each."""
         each = [outcomes] * len(self.opened) if isinstance(outcomes, StepOutcome) else outcomes
         return replace(self, done=(*self.done, Done(proposal, tuple(each), note)))
+
+
+def groups_of(isolation: Isolation, failures: Failures) -> tuple[AmbiguityGroup, ...]:
+    """Return the ambiguity groups of the clues of a run."""
+    return tuple(
+        AmbiguityGroup(failures.of_pieces(clue.explains), clue.strong, clue.weak, clue.seen) for clue in isolation.clues
+    )

@@ -218,8 +218,9 @@ class AmbiguityGroup:
         again = Proposal(steps()[AGAIN])
         if not self.taken and self.by_chance:
             return again
-        partly = self.taken and self.taken[-1].outcome is StepOutcome.PARTLY
-        if partly and self.taken[-1].proposal.step.name != AGAIN:
+        last = self.taken[-1] if self.taken else None
+        # what a step has put back is there again
+        if last and last.outcome is StepOutcome.PARTLY and not last.proposal.step.restores and last.proposal != again:
             return again
         useful = self._unconfirmed or self._useful(self.candidates)
         names = {one.step.name for one in useful}

@@ -20,12 +20,11 @@ from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recording import Header, Recording
 from hil.targets.boot_text import identify
 from hil.targets.target import Target
-from hil.verdict.case import DiagnosisCase
+from hil.verdict.case import DiagnosisCase, groups_of
 from hil.verdict.diagnosis import Diagnosis, NextStep, command_again, command_of_case
 from hil.verdict.failures import HANDS_FAULT, Failures
 from hil.verdict.findings import Finding, NotJudgedReason, Withheld, failed
 from hil.verdict.firmware_version import reads_as
-from hil.verdict.group import AmbiguityGroup
 from hil.verdict.judged_run import Result, Validation
 from hil.verdict.limits import Limit, compare, load_limits
 from hil.verdict.motion import still_channels, without_motion
@@ -151,10 +150,7 @@ class Judge:
         # A stop before the first sample leaves no recording, but the stopped experiment still shows the failure.
         ended = (run.end.at,) if run.end.kind in HANDS_FAULT and run.end.at in EXPERIMENTS else ()
         ran = tuple(dict.fromkeys((*run.results, *(cut.header.experiment for cut in run.end.cut), *ended)))
-        groups = tuple(
-            AmbiguityGroup(signs.failures.of_pieces(clue.explains), clue.strong, clue.weak, clue.seen)
-            for clue in found.clues
-        )
+        groups = groups_of(found, signs.failures)
         case = DiagnosisCase(groups, ran, run.planned or ran)
         if not groups:
             # the end of the run explains itself

@@ -20,7 +20,7 @@ from hil.checks.shared.lateness import VERY_LATE_S
 from hil.targets.hand_spec import HOMINGS
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase
-from hil.verdict.failures import HANDS_FAULT
+from hil.verdict.failures import HANDS_FAULT, Piece
 from hil.verdict.findings import failed
 from hil.verdict.group import CaseState, Proposal
 from hil.verdict.judge import Judge
@@ -242,3 +242,11 @@ def outcomes_of_run(
     if all(outcome is None for outcome in going_on or found):
         return None
     return tuple(outcome or StepOutcome.UNSURE for outcome in found)
+
+
+def recurring(case: DiagnosisCase, run: Validation) -> frozenset[Piece]:
+    """Return the pieces of evidence of a case that recur in a run, or that it did not measure."""
+    if run.header is None:
+        return case.before.pieces
+    after = Judge.of_recording(run.header).signs_of(run).failures
+    return frozenset(one for one in case.before.pieces if one in after.pieces or one[:2] not in after.measured)

@@ -1,0 +1,52 @@
+"""Whole cases on an abstract hand: one fault, a chance event beside it, two faults, an owner who makes a mistake."""
+
+from random import Random
+
+from abstract_hand import AbstractFault, AbstractHand, drawn, is_of, played
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hil.checks.shared.declaration import EvidenceKind
+from hil.verdict.part import Part
+
+CASES = settings(max_examples=25, deadline=None)
+SEEDS = st.integers(0, 2**31).map(Random)
+CHANCES = [EvidenceKind.BYTES, EvidenceKind.STALL, EvidenceKind.RESTART]
+
+
+def mechanical(random):
+    return drawn(random, random.choice([Part.SERVO, Part.DIGIT]))
+
+
+@CASES
+@given(SEEDS)
+def test_a_fault_is_told_and_no_good_part(random):
+    fault = drawn(random)
+    told = played(AbstractHand(fault)).told
+    assert told
+    assert all(is_of(suspect, fault) for suspect in told)
+
+
+@CASES
+@given(SEEDS)
+def test_a_chance_event_beside_a_mechanical_fault_hides_no_part(random):
+    """A restart or a lost reply in the first run made late motion evidence of the link for good."""
+    fault = mechanical(random)
+    chance = AbstractFault(Part.USB, None, frozenset({random.choice(CHANCES)}), chance=True)
+    told = played(AbstractHand(fault, chance)).told
+    assert told
+    assert all(is_of(suspect, fault) for suspect in told)
+
+
+@CASES
+@given(SEEDS)
+def test_a_wrong_answer_convicts_no_good_part(random):
+    fault = mechanical(random)
+    assert all(is_of(suspect, fault) for suspect in played(AbstractHand(fault), wrong_answer=True).told)
+
+
+@CASES
+@given(SEEDS)
+def test_an_exchange_that_was_not_done_convicts_no_good_part(random):
+    fault = mechanical(random)
+    assert all(is_of(suspect, fault) for suspect in played(AbstractHand(fault), idle=True).told)
