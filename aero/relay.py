@@ -62,6 +62,8 @@ class PortLine:
         """Read the port in a thread, because not every port supports `select`."""
         self._client, self._port = client, port
         self._arrived: SimpleQueue[bytes | ConnectionError] = SimpleQueue()
+        self._failure: ConnectionError | None = None
+        """Error of the port, raised once all bytes before it are delivered."""
         self._awake, self._wake = os.pipe()
         self._ended = threading.Event()
         self._reader = threading.Thread(target=self._read_port, name="port reader", daemon=True)
@@ -74,11 +76,14 @@ class PortLine:
         if self._awake in ready:
             os.read(self._awake, LARGEST)
         received = bytearray()
-        while not self._arrived.empty():
+        while self._failure is None and not self._arrived.empty():
             arrived = self._arrived.get()
             if isinstance(arrived, ConnectionError):
-                raise arrived
-            received += arrived
+                self._failure = arrived
+            else:
+                received += arrived
+        if self._failure is not None and not received:
+            raise self._failure
         return self._client.read() if client in ready else b"", bytes(received)
 
     def to_port(self, data: bytes) -> None:
@@ -91,11 +96,15 @@ class PortLine:
 
     def close(self) -> None:
         """End the thread and close the port; the client's terminal stays. A second call does nothing."""
+        self.end()
+        self._port.close()
+
+    def end(self) -> None:
+        """End the thread; the port stays open. A second call does nothing."""
         if self._awake < 0:
             return
         self._ended.set()
         self._reader.join()
-        self._port.close()
         os.close(self._awake)
         os.close(self._wake)
         self._awake = self._wake = -1

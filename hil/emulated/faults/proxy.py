@@ -5,15 +5,12 @@ that a port delivers; a piece is one reply if the hand sends 16 bytes at once.
 """
 
 import logging
-import os
-import select
-import threading
 from collections.abc import Callable
 from heapq import heappop, heappush
 from pathlib import Path
-from queue import SimpleQueue
 
 from aero.clock import Clock, WallClock
+from aero.relay import PortLine
 from aero.transport import Transport
 from aero_hil_terminal import Terminal
 from hil.emulated.faults.link import LinkFault
@@ -24,7 +21,6 @@ from hil.targets.wire_log import Direction
 _LOG = logging.getLogger(__name__)
 IDLE_S = 0.05
 """Longest wait between polls of `stop`, s."""
-LARGEST = 4096
 
 
 class LinkProxy:
@@ -66,8 +62,6 @@ class LinkProxy:
         self._client = Terminal(link)
         self.listeners: list[Callable[[Direction, bytes], None]] = []
         """Called with the bytes of each direction as the client sends and receives them; dropped on an exception."""
-        self._arrived: SimpleQueue[bytes | ConnectionError] = SimpleQueue()
-        self._awake, self._wake = os.pipe()
         self._due: list[tuple[float, int, Callable[[bytes], None], bytes]] = []
         self._sent = 0
 
@@ -82,41 +76,29 @@ class LinkProxy:
         Raises:
             ConnectionError: the hand's port is gone.
         """
-        ended = threading.Event()
-        reader = threading.Thread(target=self._read_port, args=(ended,), daemon=True)
-        reader.start()
+        line = PortLine(self._client, self._port)
         try:
             while not stop() and not self.link.gone():
-                self._pass_on()
+                self._pass_on(line)
         finally:
-            ended.set()
-            reader.join()
+            line.end()
 
     def close(self) -> None:
         """Close the terminal and remove its link; the port stays open."""
         self._client.close()
-        os.close(self._awake)
-        os.close(self._wake)
 
-    def _pass_on(self) -> None:
+    def _pass_on(self, line: PortLine) -> None:
         now = self._clock.now()
         for begins in [begins for begins in self._begin if begins[0] <= now]:
             self._begin.remove(begins)
             begins[1]()
         due = min([now + IDLE_S, *(t for t, _ in self._begin), *(entry[0] for entry in self._due[:1])])
-        client = self._client.fileno()
-        ready, _, _ = select.select([client, self._awake], [], [], max(0.0, due - now))
-        if client in ready:
-            data = self._client.read()
-            self._note("to_hand", data)
-            self._send("to_hand", data, self._port.write)
-        if self._awake in ready:
-            os.read(self._awake, LARGEST)
-        while not self._arrived.empty():
-            arrived = self._arrived.get()
-            if isinstance(arrived, ConnectionError):
-                raise arrived
-            self._send("from_hand", arrived, self._answer)
+        from_client, from_hand = line.wait(due - now)
+        if from_client:
+            self._note("to_hand", from_client)
+            self._send("to_hand", from_client, self._port.write)
+        if from_hand:
+            self._send("from_hand", from_hand, self._answer)
         while self._due and self._due[0][0] <= self._clock.now():
             _, _, write, piece = heappop(self._due)
             write(piece)
@@ -137,17 +119,3 @@ class LinkProxy:
         for t, piece in self.link.passed(direction, self._clock.now(), data):
             self._sent += 1
             heappush(self._due, (t, self._sent, write, piece))
-
-    def _read_port(self, ended: threading.Event) -> None:
-        """Read the port in a separate thread, because not every port supports `select`."""
-        while not ended.is_set():
-            arrived: bytes | ConnectionError
-            try:
-                arrived = self._port.read(1, IDLE_S)
-                arrived += self._port.read(LARGEST, 0.0)
-            except ConnectionError as error:
-                arrived = error
-                ended.set()
-            if arrived:
-                self._arrived.put(arrived)
-                os.write(self._wake, b"\0")
