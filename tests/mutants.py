@@ -161,8 +161,8 @@ def judge(mutant: Mutant, copy: Path, most: int, seconds: float) -> str:
     tests = chosen(ROOT / mutant.path, most)
     if not tests:
         return "survived: no test imports it"
-    source = (ROOT / mutant.path).read_bytes()
     changed = copy / mutant.path
+    source = changed.read_bytes()
     try:
         for _ in range(3):
             changed.write_bytes(source[: mutant.start] + mutant.new.encode() + source[mutant.end :])
