@@ -40,7 +40,10 @@ def main() -> None:
         sys.exit(2)
     from hil.cli import main as commands  # noqa: PLC0415 - after the check for shadowing
 
-    commands()
+    try:
+        commands()
+    except KeyboardInterrupt:  # a second one, while the first is reported
+        sys.exit(130)
 
 
 if __name__ == "__main__":
