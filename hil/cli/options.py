@@ -20,7 +20,7 @@ from aero.side import Side
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.output_files import RECORDED
 from hil.dialogue.printing import echo
-from hil.emulated.emulated_spec import named_spec
+from hil.emulated.emulated_spec import named_spec, with_fields
 from hil.targets.hand_spec import PortSpec
 
 if TYPE_CHECKING:
@@ -33,11 +33,11 @@ FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, repeatable; `aero-hil fault
 
 
 def open_hand(spec: PortSpec, **fields: Any) -> AbstractContextManager[Target]:
-    """Return a hand as a context manager, with `fields` replaced; see `hil.emulated.any_hand.open_target`."""
-    from hil.emulated.any_hand import open_target  # noqa: PLC0415 - loads a physics engine
+    """Return a hand as a context manager, with `fields` replaced; see `hil.emulated.any_hand.open_any`."""
+    from hil.emulated.any_hand import open_any  # noqa: PLC0415 - loads a physics engine
 
     with usage_errors():
-        return _unwound(open_target(spec, **fields))
+        return _unwound(open_any(with_fields(spec, **fields)))
 
 
 @contextmanager

@@ -90,7 +90,11 @@ def open_target(target: PortSpec | str = "emulated", **fields: Any) -> AbstractC
     Raises:
         ValueError: as for `named_spec`, and as `emulate` and `hil.open_port`.
     """
-    spec = named_spec(target, **fields) if isinstance(target, str) else with_fields(target, **fields)
+    return open_any(named_spec(target, **fields) if isinstance(target, str) else with_fields(target, **fields))
+
+
+def open_any(spec: PortSpec) -> AbstractContextManager[Any]:
+    """Return a context manager that opens the hand of a specification; see `emulate` and `hil.open_port`."""
     return open_emulated(spec) if isinstance(spec, EmulatedSpec) else open_spec(spec)
 
 
