@@ -28,8 +28,7 @@ from hil.cli.options import SIDE
 from hil.cli.output_files import FOLDER, LINK
 from hil.dialogue.printing import echo
 from hil.recordings.output import emptied
-from hil.targets.hand_spec import PHYSICAL, PortSpec
-from hil.targets.hands_file import EMULATED_TARGETS, fields_of
+from hil.targets.hand_spec import PHYSICAL, named_port
 from hil.targets.typed_lines import TypedLines
 
 WORDS = "`resume` accepts commands again after a stop; `status` says how long this grip can be held"
@@ -67,11 +66,7 @@ def guard(
     stopping = [one for one in STOPPING if signal.getsignal(one) is not signal.SIG_IGN]
     with noted(*stopping) as ended, ExitStack() as opened:
         with usage_errors():
-            asked = {"firmware": firmware, "side": side}
-            said = fields_of(port) | {name: value for name, value in asked.items() if value is not None}
-            if said["port"] in EMULATED_TARGETS:
-                raise ValueError(f"a guard stands before a port; `aero-hil emulate --link PATH` serves {port!r} on one")
-            spec = PortSpec(**said)
+            spec = named_port(port, firmware=firmware, side=side)
             if link is not None:
                 LINK.distinct(link)
             FOLDER.prepared(black_box)

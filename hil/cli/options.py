@@ -20,7 +20,6 @@ from aero.side import Side
 from hil.cli.exits import Ended, usage_errors
 from hil.cli.output_files import RECORDED
 from hil.dialogue.printing import echo
-from hil.emulated.emulated_spec import named_spec, with_fields
 from hil.targets.hand_spec import PortSpec
 
 if TYPE_CHECKING:
@@ -35,6 +34,7 @@ FAULT_HELP = "`NAME[:CHANNEL][=SEVERITY][@SECONDS]`, repeatable; `aero-hil fault
 def open_hand(spec: PortSpec, **fields: Any) -> AbstractContextManager[Target]:
     """Return a hand as a context manager, with `fields` replaced; see `hil.emulated.any_hand.open_any`."""
     from hil.emulated.any_hand import open_any  # noqa: PLC0415 - loads a physics engine
+    from hil.emulated.emulated_spec import with_fields  # noqa: PLC0415 - as above
 
     with usage_errors():
         return _unwound(open_any(with_fields(spec, **fields)))
@@ -139,6 +139,8 @@ def emulation(command: AnyFunction) -> AnyFunction:
     """Add the options of an emulated hand, passed to the command as one `spec: PortSpec`."""
 
     def with_hand(*, firmware: str, side: Side, unit: str, seed: int, **others: Any) -> Any:
+        from hil.emulated.emulated_spec import named_spec  # noqa: PLC0415 - `guard` runs without the emulated hand
+
         with usage_errors():
             chosen = named_spec(
                 others.pop("target_name", "emulated"),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 from aero.firmware import DEFAULT_FIRMWARE, firmware_of
 from aero.side import Side
+from hil.targets.hands_file import EMULATED_TARGETS, fields_of
 
 if TYPE_CHECKING:
     from aero.safety import Thresholds
@@ -69,3 +70,21 @@ class PortSpec:
     def describe(self) -> str:
         """Return a description of the hand for display."""
         return hand_words(self.side, self.port, self.firmware, unit=PHYSICAL, seed=0, hand_id=self.hand_id)
+
+
+def named_port(name: str, **asked: Any) -> PortSpec:
+    """Return the specification of the hand on a port, or of a name in `hands.toml`.
+
+    Args:
+        name: path or pyserial URL of the port, or a name.
+        asked: fields of `PortSpec`; None takes the value of `hands.toml`, by default the field's.
+
+    Raises:
+        ValueError: an unknown name, an error in `hands.toml`, fields that `PortSpec` refuses, or an emulated hand.
+    """
+    said = fields_of(name)
+    if said["port"] in EMULATED_TARGETS:
+        raise ValueError(
+            f"{name!r} is an emulated hand; `hil.emulate()` makes one, and `aero-hil emulate --link PATH` serves one"
+        )
+    return replace(PortSpec(**said), **{field: value for field, value in asked.items() if value is not None})

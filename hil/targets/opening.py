@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from serial.tools.list_ports import comports
@@ -21,8 +21,7 @@ from aero.transport import Transport
 from hil.targets.argument_names import suggesting
 from hil.targets.delays import TRIES, DelayLog, TimedClock, TimedTransport, held_up
 from hil.targets.hand_errors import NoHandError
-from hil.targets.hand_spec import PortSpec
-from hil.targets.hands_file import EMULATED_TARGETS, fields_of
+from hil.targets.hand_spec import PortSpec, named_port
 from hil.targets.target import Target
 from hil.targets.wire_log import WireLog
 
@@ -57,11 +56,9 @@ def open_port(
         ValueError: an unknown name, side or firmware, an error in `hands.toml`, or an emulated hand.
         NoHandError: no port, or no reply; raised at the start of the context.
     """
-    said = fields_of(port)
-    if said["port"] in EMULATED_TARGETS:
-        raise ValueError(f"{port!r} is an emulated hand; `hil.emulate()` makes one")
-    asked: dict[str, Any] = {"side": side, "firmware": firmware, "thresholds": thresholds, "hand_id": hand_id}
-    return open_spec(replace(PortSpec(**said), guarded=guarded, **{k: v for k, v in asked.items() if v is not None}))
+    return open_spec(
+        named_port(port, side=side, firmware=firmware, guarded=guarded, thresholds=thresholds, hand_id=hand_id)
+    )
 
 
 @contextmanager
