@@ -57,9 +57,10 @@ class HeatWatch:
 
     def drawn(self, t: float, currents_a: Floats) -> None:
         """Follow currents, (7,) A, at `t` (s)."""
-        passed_s = 0.0 if self._t is None else t - self._t
+        passed_s = math.inf if self._t is None else t - self._t
         self._t = t
         share = 1.0 - math.exp(-passed_s / SMOOTHED_S)
+        passed_s = passed_s if math.isfinite(passed_s) else 0.0
         self._squared += share * (currents_a**2 - self._squared)
         for way, (rise, constant_s) in enumerate(RISE):
             self._stored[way] += (1.0 - math.exp(-passed_s / constant_s)) * (rise * self._squared - self._stored[way])
