@@ -71,7 +71,7 @@ class RunProgress:
         """Print the result of the last experiment."""
         self._done = len(so_far.results)
         name, result = list(so_far.results.items())[-1]
-        self._bar.console.print(result_line(name, result.findings))
+        self._bar.console.print(result_line(name, result.findings), soft_wrap=True)  # one line, also in a log
         self.step(0.0, "next")
 
 
