@@ -32,17 +32,8 @@ class Controls:
             self._sliders = [gui.add_slider(panel.title(channel), 0.0, 100.0, 1.0, 0.0) for channel in Channel]
         for channel, slider in zip(Channel, self._sliders, strict=True):
             slider.on_update(partial(self._commanded, channel))
-        with gui.add_folder("Faults"):
-            self._fault = gui.add_dropdown("Fault", list(self._offered))
-            self._described = gui.add_html("")
-            self._channel = gui.add_dropdown("Channel", [WHOLE_HAND])
-            self._severity = gui.add_dropdown("Severity", ["medium"])
-            gui.add_button("Inject").on_click(
-                lambda _event: self._say(f"inject {self._picked()}={self._severity.value}")
-            )
-            gui.add_button("Clear").on_click(lambda _event: self._say(f"clear {self._picked()}"))
-        self._fault.on_update(lambda _event: self._offer())
-        self._offer()
+        if faults:  # viser refuses a menu without entries
+            self._add_faults(gui)
         with gui.add_folder("Do to the hand: type, then Enter; help lists the acts"):
             add_prompt(gui, "Words", self._say)
 
@@ -59,6 +50,19 @@ class Controls:
         if event.client is not None:  # moved by a user, not by the page itself
             self._touched[channel] = time.monotonic()
             self._say(f"command {channel.label} {event.target.value:g}")
+
+    def _add_faults(self, gui: viser.GuiApi) -> None:
+        with gui.add_folder("Faults"):
+            self._fault = gui.add_dropdown("Fault", list(self._offered))
+            self._described = gui.add_html("")
+            self._channel = gui.add_dropdown("Channel", [WHOLE_HAND])
+            self._severity = gui.add_dropdown("Severity", ["medium"])
+            gui.add_button("Inject").on_click(
+                lambda _event: self._say(f"inject {self._picked()}={self._severity.value}")
+            )
+            gui.add_button("Clear").on_click(lambda _event: self._say(f"clear {self._picked()}"))
+        self._fault.on_update(lambda _event: self._offer())
+        self._offer()
 
     def _offer(self) -> None:
         """Show the description and the candidate channels of the selected fault."""
