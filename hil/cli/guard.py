@@ -59,7 +59,8 @@ def guard(
 
     Bytes pass unchanged while the hand is well. A violation of a threshold, and a program that ends, is killed or falls
     silent with the hand closed, opens the hand slowly; commands are then refused until `resume` is typed. A name in
-    hands.toml also provides version, side, thresholds and forbidden regions. See docs/safety.md.
+    hands.toml also provides version, side, thresholds and forbidden regions. See "Safety of a
+    moving hand" in the documentation.
 
     Prints one line `ready PATH` once a client can open PATH.
     """
