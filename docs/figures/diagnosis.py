@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from random import Random
 from statistics import median
@@ -23,6 +20,7 @@ from figures.strangers import drawn_physics
 from hil.emulated.faults import CATALOGUE
 from hil.emulated.faults.fault import Fault, Injection
 from hil.recordings.provenance import source_commit
+from train.workers import usable_cores, worker_processes
 
 DRAWN, PHYSICS, HEALTHY = 30, 100, 6
 DECLARED = ("0.2.0", "0.1.5")
@@ -159,7 +157,7 @@ def cases(most: int | None = None) -> Rows:
         for number in range(len(one.faults))[:most]
         if (row, number) not in ends.known
     ]
-    with ProcessPoolExecutor(os.cpu_count(), get_context("fork")) as pool:
+    with worker_processes(usable_cores()) as pool:
         for count, (row, number, end) in enumerate(pool.map(_played, left), start=1):
             ends.add(row, number, end)
             said = end.convicted or end.ended or ("nobody" if end.found else "not found")

@@ -1,5 +1,7 @@
 """The played cases of docs/diagnosis.md: each is stored as it ends, and a run that was interrupted goes on."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 from figures import diagnosis
 from owner import Played
@@ -23,6 +25,8 @@ def ends_early(faults, unit, seed, firmware, side):
 def build(tmp_path, monkeypatch):
     monkeypatch.setattr(diagnosis, "ROOT", tmp_path)
     monkeypatch.setattr(diagnosis, "source_commit", lambda: "1234567")
+    # A fresh process would not have the replaced `play`.
+    monkeypatch.setattr(diagnosis, "worker_processes", lambda _count: ThreadPoolExecutor(1))
     return tmp_path / "build"
 
 
