@@ -177,8 +177,8 @@ def test_a_hand_on_a_port_that_does_not_answer_gets_a_case(tmp_path):
     assert result.exit_code == Exit.NO_HAND
     assert f"aero-hil diagnose {tmp_path} --hil" in " ".join(result.stdout.split())
     assert "no reply to GET_POS" in result.stderr
-    case = read_case(tmp_path).case
-    assert {Suspect(Part.USB), Suspect(Part.BOARD), Suspect(Part.COMPUTER)} <= case.strong
+    (group,) = read_case(tmp_path).case.opened
+    assert {Suspect(Part.USB), Suspect(Part.BOARD), Suspect(Part.COMPUTER)} <= group.strong
 
 
 def test_a_port_that_does_not_exist_gets_no_case(tmp_path):
