@@ -96,7 +96,7 @@ def test_it_turns_a_cube_on_the_hand_it_is_made_for(unit, side, cube):
     settings = RunSettings(seconds=SECONDS, correction=tuple(correction(hand, policy.settings).tolist()))
     trial = run_trial(policy, EmulatedSpec(unit=unit, side=side, guarded=True, cube=cube), settings)
     assert trial.kept
-    assert trial.rate_rad_s > 0.4  # four seeds of each reach 0.65 to 1.08 rad/s, by the friction of each motion
+    assert trial.rate_rad_s > 0.15  # on silicone pads: 0.41 rad/s on average of ten hands, seed 770000
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
