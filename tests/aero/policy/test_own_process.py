@@ -19,14 +19,14 @@ CHILDREN = {
     "fork that goes on": "os.fork()",
     "multiprocessing": "multiprocessing.get_context('fork').Process(target=signal.pause).start()",
     "pool": "kept.append(multiprocessing.get_context('fork').Pool(2))",
-    "program": "kept.append(subprocess.Popen(['sleep', '600']))",
+    "program": "kept.append(subprocess.Popen([sys.executable, '-c', 'import signal; signal.pause()']))",
     "thread": "threading.Thread(target=signal.sigwait, args=([signal.SIGUSR1],)).start()",
 }
 """Lines of a step that start something."""
 WAITED_FOR = {"multiprocessing", "thread"}
 """What Python itself waits for at its end, without a limit."""
 SOURCE = """
-import atexit, multiprocessing, os, pathlib, signal, subprocess, threading
+import atexit, multiprocessing, os, pathlib, signal, subprocess, sys, threading
 from contextlib import suppress
 seen, kept, log = [], [], open("log.txt", "w")
 atexit.register(pathlib.Path("left.txt").write_text, "left")

@@ -1,8 +1,7 @@
 """What was typed before a question was shown does not answer it, and a job in the background goes on."""
 
 import os
-import pty
-import signal
+import subprocess
 import sys
 
 import pytest
@@ -25,6 +24,15 @@ from hil.dialogue.terminal_asker import TerminalAsker
 from hil.dialogue.asker import YES_OR_NO, Choice
 run(lambda: TerminalAsker(console()).ask(Choice("Is it warm?", YES_OR_NO)))
 """
+SHELL = """
+import fcntl, os, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+job = os.posix_spawn(sys.executable, [sys.executable, "-c", sys.argv[1]], os.environ, setpgroup=0)
+_, status = os.waitpid(job, os.WUNTRACED)
+print("ended", os.WIFSTOPPED(status))
+"""
+"""A shell that starts a program in the background of its terminal. Source of its own, because a fork of this process
+may hang, with the threads of a library that another test loaded."""
 
 
 class Prompting(TerminalAsker):
@@ -92,19 +100,16 @@ def test_all_lines_of_a_script_count(monkeypatch):
 
 def test_a_question_in_the_background_stops_nothing():
     """Flushing the terminal of another job stopped the program, and with it the guard of its hand."""
-    child, terminal = pty.fork()
-    if not child:  # the shell
-        job = os.fork()
-        os.setpgid(job, job)
-        if not job:
-            os.execv(sys.executable, [sys.executable, "-c", IN_BACKGROUND])
-        _, status = os.waitpid(job, os.WUNTRACED)
-        os.write(1, f"ended {os.WIFSTOPPED(status)}".encode())
-        os._exit(0)
+    terminal, program = os.openpty()
+    shell = subprocess.Popen(
+        [sys.executable, "-c", SHELL, IN_BACKGROUND], stdin=program, stdout=program, stderr=program,
+        start_new_session=True,
+    )  # fmt: skip
+    os.close(program)
     said = b""
     while b"in the background" not in said and b"ended" not in said:
         said += os.read(terminal, 4096)
-    os.kill(child, signal.SIGKILL)
+    shell.kill()
     os.close(terminal)  # the job ends with its terminal
-    os.waitpid(child, 0)
+    shell.wait()
     assert b"ended" not in said
