@@ -3,6 +3,7 @@
 import json
 import logging
 import math
+import signal
 from dataclasses import replace
 
 import pytest
@@ -26,6 +27,8 @@ import openhtf as htf
 from openhtf.output.callbacks.json_factory import OutputToJSON
 from openhtf.util import units
 
+signal.signal(signal.SIGINT, htf.Test.DEFAULT_SIGINT_HANDLER)
+# OpenHTF replaced it when it was imported, for every other test of this process too.
 VOLATILE = {"start_time_millis", "end_time_millis", "descriptor_id", "codeinfo", "code_info", "log_records", "config"}
 """Keys whose values differ between any two tests, or that describe the program of the test."""
 
