@@ -42,7 +42,8 @@ class Thresholds:
     "The logs" are those of one physical right hand, June-July 2026 (TTdragoAlex/tetherIA-aero-hand-open 58b518e).
 
     Raises:
-        ValueError: a threshold not positive and finite, or above its bound, or a register setting not an integer.
+        ValueError: a threshold not positive and finite, or above its bound, or a register setting not an integer, or
+            regions in another form than a tuple of `Region`.
     """
 
     current_a: float = 4.0
@@ -111,6 +112,8 @@ class Thresholds:
                 unit = _THOUSANDTH.get(name.rsplit("_", 1)[-1])
                 meant = f"; {unit}?" if unit and value <= 1000 * most else ""
                 raise ValueError(f"safety threshold {name}: expected at most {most:g}, got {value!r}{meant}")
+        if not (isinstance(self.forbidden, tuple) and all(isinstance(one, Region) for one in self.forbidden)):
+            raise ValueError(f"safety threshold forbidden: expected a tuple of regions, got {self.forbidden!r}")
 
     def as_dict(self) -> dict[str, float]:
         """Return the thresholds by name, without regions, for recordings and messages."""

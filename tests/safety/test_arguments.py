@@ -20,6 +20,7 @@ from aero.firmware import ServoSettings, firmware_of
 from aero.protocol import MAX_CODE, Opcode
 from aero.safety import GuardedHand, Thresholds, WatchedClock
 from aero.safety.encoders import Encoders, Reading
+from aero.safety.regions import Region
 from firmware_emulator.bench import Bench
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
@@ -135,6 +136,9 @@ def test_a_buffer_that_is_used_again_changes_nothing(name):
         assert max(words) <= (20000 if name == "command_codes" else 100)
 
 
+NUMBERS = sorted(Thresholds().as_dict())
+"""Thresholds that are numbers; the others are regions."""
+REGION = Region.of({"index": {"below": 0.6}, "ring": {"below": 0.3}})
 BAD_SPANS = [[0] * 7, [-100] * 7, [math.nan] * 7, [math.inf] * 7, [3278] * 6, 3278]
 
 
@@ -152,11 +156,18 @@ def test_a_guard_takes_no_usual_limits_that_no_board_has(usual):
         guarded(link, clock, usual=usual)
 
 
-@pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(Thresholds)])
+@pytest.mark.parametrize("name", NUMBERS)
 def test_no_threshold_is_anything_but_a_positive_number(name):
     for wrong in (0, -1, math.nan, math.inf, None, "1", True):
         with pytest.raises(ValueError, match=name):
             Thresholds(**{name: wrong})
+
+
+@pytest.mark.parametrize("wrong", [0, None, True, "index", REGION, [REGION], (REGION, None), (REGION.as_table(),)])
+def test_forbidden_regions_are_a_tuple_of_regions(wrong):
+    """A list could be changed under the guard; a table would fail at the first command."""
+    with pytest.raises(ValueError, match="forbidden: expected a tuple of regions"):
+        Thresholds(forbidden=wrong)
 
 
 @pytest.mark.parametrize("name", ["gentle_speed", "gentle_torque", "stop_torque", "limp_torque"])
@@ -166,7 +177,7 @@ def test_a_setting_is_a_whole_number_that_the_board_stores(name):
             Thresholds(**{name: wrong})
 
 
-@pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(Thresholds)])
+@pytest.mark.parametrize("name", NUMBERS)
 def test_every_threshold_has_a_physical_bound(name):
     """`current_a = 3500` was taken, and the guard would have stopped at 3500 A."""
     with pytest.raises(ValueError, match=rf"{name}: expected at most"):
