@@ -11,8 +11,8 @@ channel cross its edge before the first is known, by command and by encoder, to 
 1. If a channel is outside now, and the goal leaves it outside, every path to the goal is permitted.
 2. Otherwise a channel that is outside now stops at its edge; the other one may go to its goal. Once an encoder shows
    the other one outside, rule 1 may release the first.
-3. If both are inside, as on a hand that was switched on there, neither goes deeper, and the one with the shorter way
-   leaves.
+3. If both are inside, as on a hand that was switched on there, neither goes deeper than it is or was told to go, and
+   the one with the shorter way leaves.
 """
 
 from __future__ import annotations
@@ -184,7 +184,9 @@ class Gate:
             return
         leaves = stays[0] if stays else min(region.bounds, key=lambda one: one.depth(seen))
         for one in region.bounds:
-            _stop_at(one, -MARGIN if one is leaves else one.depth(seen), goal)
+            # Already told to leave, a channel may be outside before a reading shows it.
+            shallowest = max(-MARGIN, min(one.depth(pose) for pose in poses))
+            _stop_at(one, -MARGIN if one is leaves else shallowest, goal)
 
 
 def _stop_at(bound: Edge, depth: float, goal: Floats) -> None:

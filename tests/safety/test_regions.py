@@ -29,6 +29,11 @@ def codes_of(pose):
     return np.rint(np.asarray(pose) * MAX_CODE).astype(int)
 
 
+def read(pose):
+    """Return a pose as encoders read it: within half a code, a hand is on the edge."""
+    return codes_of(pose) / MAX_CODE
+
+
 def pose(abduction, flexion):
     found = np.zeros(7)
     found[[ABDUCTION, FLEXION]] = abduction, flexion
@@ -55,22 +60,22 @@ def test_no_commands_move_a_hand_into_a_region(region, start, goals, late, speed
     """Channels have speeds of their own, readings are up to 30 ms old, and a hand may begin inside."""
     gate, at = Gate([region]), start.copy()
     goal, past = at.copy(), [at.copy()]
-    began_inside, due = region.holds(at), list(goals)
+    began_inside, due = region.holds(read(at)), list(goals)
     pause = 0
     for tick in range(400):
         past.append(at.copy())
         if tick % POLL == 0:
             reading = past[max(0, len(past) - 1 - late)]
             gate.seen(codes_of(reading))
-            began_inside = began_inside and region.holds(reading)
+            began_inside = began_inside and region.holds(read(reading))
             if (further := gate.released()) is not None:
                 goal = further / MAX_CODE
         if due and pause >= due[0][0]:
             goal, pause = gate.passed(codes_of(due.pop(0)[1])) / MAX_CODE, 0
         pause += 1
         at = at + np.clip(goal - at, -np.array(speeds), speeds)
-        assert began_inside or not region.holds(at)
-    assert not goals or not region.holds(at), "a commanded hand leaves its region"
+        assert began_inside or not region.holds(read(at))
+    assert not goals or not region.holds(read(at)), "a commanded hand leaves its region"
 
 
 def test_a_command_goes_round_the_corner_once_the_other_channel_is_out():
