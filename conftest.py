@@ -15,7 +15,7 @@ EXPECTED: dict[str, frozenset[str]] = {
     r"the extra `train`|import 'jax'": frozenset({"train"}),
     r"needs the extra `firmware`|compiler": frozenset({"firmware"}),
     r"(needs|no) git\b": frozenset({"history"}),
-    r"drawing needs OpenGL|PID namespaces|no IPv6|needs bash": frozenset(),
+    r"drawing needs OpenGL|has OSMesa|PID namespaces|no IPv6|needs bash|needs Node": frozenset(),
     r"AERO_FIRMWARE_SOURCES|no source of|LEROBOT": frozenset(),
     # What a target leaves out.
     r"--hil|--bus-driver|not offered|not judged|are not judged|firmware `?pre": frozenset(),
