@@ -1,4 +1,4 @@
-"""Worker processes that end with the program, Dask clusters, and distribution of work to both."""
+"""Worker processes that end with the program, and distribution of work to them."""
 
 import os
 import signal
@@ -6,18 +6,12 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
 from contextlib import AbstractContextManager, contextmanager
-from ipaddress import ip_address
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from typing import TypeVar
-from urllib.parse import urlsplit
-
-from aero.exit_code import Exit
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-PLAIN, ENCRYPTED = {"tcp", "ws"}, {"tls", "wss"}
-"""URL schemes of Dask's addresses."""
 ATTEMPTS = 3
 """Limit of worker deaths in a row without a finished trial; at it the work is aborted."""
 
@@ -62,61 +56,6 @@ def end_with_the_parent() -> None:
 def _end_with(sentinel: int) -> None:
     wait([sentinel])
     os._exit(1)
-
-
-class NoSchedulerError(ValueError):
-    """No usable Dask scheduler at an address; the message gives the reason."""
-
-    exit_code = Exit.USAGE
-
-
-def check_address(scheduler: str) -> None:
-    """Check that a scheduler's address is safe to use.
-
-    Dask's workers execute code from anyone who reaches their ports or the scheduler's. An address on a network has to
-    be encrypted and authenticated (`tls://`, with Dask's own certificates).
-
-    Raises:
-        NoSchedulerError: the address is invalid, or neither on this machine nor TLS.
-    """
-    try:
-        parts = urlsplit(scheduler)
-        host, _ = parts.hostname, parts.port
-    except ValueError as error:
-        raise NoSchedulerError(f"{scheduler!r} is not an address of a Dask scheduler: {error}") from error
-    if parts.scheme not in PLAIN | ENCRYPTED or not host:
-        raise NoSchedulerError(
-            f"{scheduler!r} is not an address of a Dask scheduler; write tcp://HOST:PORT or tls://HOST:PORT"
-        )
-    if parts.scheme in PLAIN and not _on_this_machine(host):
-        raise NoSchedulerError(
-            f"{scheduler} is a plain address on a network, where whoever reaches the ports of its workers can run "
-            "programs on them; use tls://"
-        )
-
-
-def _on_this_machine(host: str) -> bool:
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
-
-
-@contextmanager
-def cluster(scheduler: str) -> Iterator[Executor]:
-    """Yield an executor over a Dask cluster, which restarts trials of dead workers.
-
-    Raises:
-        NoSchedulerError: no scheduler answers at that address.
-    """
-    from distributed import Client  # noqa: PLC0415 - only a cluster needs it
-
-    try:
-        client = Client(scheduler, timeout="10s", set_as_default=False)
-    except (OSError, ValueError, TypeError, RuntimeError) as error:
-        raise NoSchedulerError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-    with client:
-        yield client.get_executor(pure=False)
 
 
 def conduct(

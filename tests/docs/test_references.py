@@ -10,9 +10,7 @@ from hil.cli import main
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
-OTHERS = re.compile(
-    r"pytest|tox -e|docker|dask|--tls-|python -m (train|examples)\b|figures|aero-hil servos|train\.shipped"
-)
+OTHERS = re.compile(r"pytest|tox -e|docker|python -m (train|examples)\b|figures|aero-hil servos|train\.shipped")
 """Lines of the pages with options of other programs."""
 FOREIGN = ("--policy", "--hil", "--aero-hil", "--markers", "--check")
 """Options of the pytest plugin, and of `python -m figures`."""

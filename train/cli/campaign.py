@@ -4,10 +4,9 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import replace
-from functools import partial, wraps
+from functools import partial
 from itertools import count as count_from
 from pathlib import Path
-from typing import Any
 
 import click
 from rich.console import Console
@@ -28,7 +27,7 @@ from model.units.conditions import CONDITIONS
 from train.campaign.store import NAME, Store, missing, opened
 from train.campaign.summary import flagged, render_campaign
 from train.campaign.trial import USUAL_FIRMWARE, Outcome, Trial, faulty_hands, healthy_hands, perform
-from train.workers import check_address, cluster, conduct, usable_cores, worker_processes
+from train.workers import conduct, usable_cores, worker_processes
 
 MOST = 1_000_000
 """Limit of hands of one kind in a campaign."""
@@ -38,21 +37,14 @@ Workers = Callable[[], AbstractContextManager[Executor]]
 """Factory of executors for trials; called again after the workers have died."""
 
 
-def execution_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options for workers to a command, which receives them as `workers`."""
+def _factory(_context: click.Context, _option: click.Parameter, count: int | None) -> Workers:
+    return partial(worker_processes, count or usable_cores())
 
-    @click.option("--workers", type=click.IntRange(1, 1000), help="Processes on this machine; default: one per core.")
-    @click.option("--scheduler", help="Address of a Dask scheduler whose workers are used: tls://HOST:8786.")
-    @wraps(command)
-    def chosen(*, workers: int | None, scheduler: str | None, **others: Any) -> None:
-        found: Workers = partial(worker_processes, workers or usable_cores())
-        if scheduler is not None:
-            with usage_errors():  # before any output is created
-                check_address(scheduler)
-            found = partial(cluster, scheduler)
-        command(workers=found, **others)
 
-    return chosen
+WORKERS = click.option(
+    "--workers", type=click.IntRange(1, 1000), callback=_factory, help="Processes; default: one per core."
+)
+"""Option of the commands that run trials, which receive a factory of executors."""
 
 
 @click.command()
@@ -76,7 +68,7 @@ def execution_options(command: Callable[..., None]) -> Callable[..., None]:
     "--out", type=FOLDER,
     help="Folder of the campaign; an interrupted one is resumed. Default: campaign/DATE-AND-TIME.",
 )  # fmt: skip
-@execution_options
+@WORKERS
 def campaign(
     *,
     healthy: int,

@@ -14,7 +14,7 @@ from hil.dialogue.terminal import console as new_console
 from hil.verdict.limits import limits_text
 from train.campaign.store import opened
 from train.campaign.trial import Outcome
-from train.cli.campaign import Workers, execution_options, run_trials
+from train.cli.campaign import WORKERS, Workers, run_trials
 from train.limits.compute import FALSE_ALARMS, computed_limits
 from train.limits.population import GENERATOR, drawn, healthy_hands_of, held_out
 
@@ -30,7 +30,7 @@ COMMAND = "python -m train.limits --out build/limits --data hil/data"
     "--data", type=FOLDER,
     help="Folder of limits.csv and population.toml, default: OUT; `hil/data` updates a checkout.",
 )  # fmt: skip
-@execution_options
+@WORKERS
 def limits(*, out: Path, data: Path | None, workers: Workers) -> None:
     """Draw a population of healthy hands, validate each, and compute a limit for each check, subject and firmware.
 

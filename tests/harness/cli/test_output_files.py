@@ -18,7 +18,7 @@ from hil.report.results import write_results
 from hil.report.run_folder import DATA
 from hil.verdict.validation import validate
 
-NOT_FILES = {"faults", "defines", "sanitize", "bus_port", "save", "hand", "names", "scheduler"}
+NOT_FILES = {"faults", "defines", "sanitize", "bus_port", "save", "hand", "names"}
 """Texts of a command line that name no file."""
 
 
