@@ -221,10 +221,6 @@ class BuiltHandPlant(Plant):
         """Apply external joint torques, (16,) N m, in the order of `Joint`, until the next call."""
         self._data.qfrc_applied[self.compiled.joint_dofs] = torques
 
-    def twist(self, shaft: int, torque: float) -> None:
-        """Apply an external torque to one shaft, N m, until the next call; positive closes."""
-        self._data.qfrc_applied[self.compiled.shaft_dofs[shaft]] = torque
-
     def joint_angles(self) -> NDArray[np.float64]:
         """Return the true joint angles, (16,) float, rad, in the order of `Joint`."""
         angles: NDArray[np.float64] = self._data.qpos[self.compiled.joint_qpos]

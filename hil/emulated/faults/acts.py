@@ -44,8 +44,6 @@ ACTS: dict[str, HandAct] = {
     "supply_off": HandAct((), "switch off the servos' supply, USB stays", Workbench.supply_off),
     "supply_on": HandAct((), "switch on the servos' supply, USB stays", Workbench.supply_on),
     "replace": HandAct(("PART", "[CHANNEL]"), "replace a part", Workbench.replace),
-    "bend": HandAct(("CHANNEL",), "bend a digit by hand", Workbench.bend),
-    "turn": HandAct(("CHANNEL",), "turn a spool by hand, its torque off", Workbench.turn),
     "feel": HandAct(("CHANNEL",), "bend a digit, supply off", Workbench.feel),
     "look": HandAct(("CHANNEL",), "look along a cable", Workbench.look),
     "registers": HandAct((), "read the servos on a bus adapter", Workbench.registers),
@@ -53,7 +51,7 @@ ACTS: dict[str, HandAct] = {
     "flashed": HandAct((), "look which firmware is on the board", Workbench.flashed),
     "voltage": HandAct((), "measure the supply", Workbench.voltage),
 }
-"""All acts by name. Each act returns at once; a lasting one continues while the hand runs."""
+"""All acts by name. Each act returns at once."""
 
 
 def act(workbench: Workbench, text: str) -> str:

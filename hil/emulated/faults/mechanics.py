@@ -40,6 +40,22 @@ def with_values(unit: Unit, field: str, where: Sequence[int], change: Callable[[
     return replace(unit, hand=replace(unit.hand, **changed))
 
 
+def unloaded(unit: Unit, channel: Channel) -> Unit:
+    """Return a unit with the servo of `channel` unloaded."""
+    if channel in CABLES:
+        return with_values(unit, "cable_take_up", [channel], lambda _: NEVER_TAUT_M)
+    # Abduction has no cable: its shaft is the joint, so the joint's own torques and stop are removed instead.
+    nothing: dict[str, Callable[[float], float]] = {
+        "joint_friction": lambda _: 0.0,
+        "spring_open": lambda _: 0.0,
+        "spring_closed": lambda _: 0.0,
+        "closed_stop": lambda stop: stop + math.pi,
+    }
+    for field, value in nothing.items():
+        unit = with_values(unit, field, JOINTS[channel], value)
+    return unit
+
+
 def another_unit(change: UnitChange) -> Inject:
     """Return an injector of a change of unit parameters."""
     return lambda assembly, fault: assembly.changed(lambda unit: change(unit, fault))

@@ -13,11 +13,10 @@ from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.homing import home
 from firmware_emulator.hand import EmulatedHand
 from hil.emulated.faults.assembly import Active, HandAssembly
-from hil.emulated.faults.by_hand import TOUCH_S, bend, turn, unloaded
 from hil.emulated.faults.fault import AssemblyStage, FaultLayer, Injection
 from hil.emulated.faults.host import refuse_at_a_port
 from hil.emulated.faults.inspection import cables_of, felt_of_digit, in_words, odd_on_bus, seen_of_cable
-from hil.emulated.faults.mechanics import JOINTS, with_values
+from hil.emulated.faults.mechanics import JOINTS, unloaded, with_values
 from hil.emulated.faults.schedule import Schedule, refuse_rivals
 from hil.emulated.faults.servo import servo_of
 from hil.verdict.part import Part
@@ -296,16 +295,6 @@ class Workbench:
         if part not in BEFORE_THE_BOARD:
             self.electronics.reset("power_on")
         return self._note(f"replaced: {part.value}{'' if channel is None else f' of {channel.label}'}")
-
-    def bend(self, channel: Channel) -> str:
-        """Bend a digit by hand, closed, then open; log its travel and cable state at the end."""
-        bend(self.assembly, channel, self._note)
-        return self._note(f"bending {channel.label} by hand for {TOUCH_S:g} s")
-
-    def turn(self, channel: Channel) -> str:
-        """Turn a spool by hand, half a turn in the closing direction with torque off; log the angle at the end."""
-        turn(self.assembly, channel, self._note)
-        return self._note(f"turning the spool of {channel.label} by hand for {TOUCH_S:g} s, its torque off")
 
     def feel(self, channel: Channel) -> str:
         """Bend a digit by hand, supply off, and log the differences from the healthy hand."""
