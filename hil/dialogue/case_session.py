@@ -43,7 +43,7 @@ from hil.verdict.case_file import CASE, STEP, StoredCase, read_case, write_case
 from hil.verdict.case_words import conclusion, outcome_text, why
 from hil.verdict.diagnosis import NextStep
 from hil.verdict.failures import Piece
-from hil.verdict.group import AGAIN, Proposal
+from hil.verdict.group import Proposal
 from hil.verdict.judged_run import Validation
 from hil.verdict.noticed import Noticed, Place
 from hil.verdict.parts import listed
@@ -118,7 +118,7 @@ class CaseSession:
             with stops_held():  # an act that was done is stored, not asked for again
                 outcomes, note = self._taken(proposal, self._folder / STEP.format(len(self.case.done) + 1))
                 case = self.case.after(proposal, outcomes, note)
-                if self._recurring is not None and len(case.done) == 1:
+                if self._recurring is not None:
                     case = case.narrowed(self._recurring)
                 self._store(replace(self.stored, case=case, answers={}))
         said = conclusion(self.case)
@@ -195,6 +195,7 @@ class CaseSession:
     def _taken(self, proposal: Proposal, folder: Path) -> tuple[Outcomes, str]:
         """Do a step and rerun the failure; return the outcome of each group, and the user's note."""
         step, freed, every = proposal.step, False, len(self.case.opened)
+        self._recurring = None
         if step.asks:
             answer = self._seen(_question(proposal.text), OUTCOMES, lambda helper: helper.see(proposal))
             return (answer,) * every, self._answer(NOTE)
@@ -274,7 +275,7 @@ class CaseSession:
                 raise
             return stays
         outcomes, run = done
-        self._recurring = recurring(self.case, run) if proposal.step.name == AGAIN else None
+        self._recurring = recurring(self.case, run)
         if proposal.step.check is StepCheck.VERSION and (text := _other_version(run)):
             self._asker.tell(text)
             outcomes = outcomes and (StepOutcome.UNSURE,) * len(outcomes)

@@ -10,13 +10,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from hil.checks.shared.declaration import EvidenceKind
 from hil.verdict.failures import LABELS, Failures, Piece
-from hil.verdict.group import AmbiguityGroup, CaseState, Proposal, in_order
+from hil.verdict.group import AGAIN, AmbiguityGroup, CaseState, Proposal, in_order
 from hil.verdict.outcome import experiments_that_failed
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import FINISHED
 from hil.verdict.steps import ENDED, FailureMode, StepOutcome, neighbour
-from hil.verdict.suspects import Isolation, RunSigns, isolate
+from hil.verdict.suspects import LOADED, Isolation, RunSigns, isolate
+
+OF_A_DIGIT = LOADED | {EvidenceKind.TIME}
+"""Kinds of evidence on the whole hand that one digit makes."""
 
 
 @dataclass(frozen=True)
@@ -120,26 +124,28 @@ class DiagnosisCase:
         return replace(found, beside=neighbour(found.at, spared))
 
     def narrowed(self, recurring: frozenset[Piece]) -> DiagnosisCase:
-        """Return the case after a first rerun without a change, with the evidence of partly recurring groups read anew.
+        """Return the case after a rerun, with the groups split whose evidence recurs in part only.
 
-        Without a lost reply, late motion is evidence on its channel and no longer of the link.
+        The recurring evidence is read anew: without a lost reply, late motion is evidence on its channel and no longer
+        of the link. Evidence that did not recur leaves the case if nothing was changed, and is a group of its own if a
+        step has ended it and no suspect of the recurring evidence explains it.
 
         Args:
             recurring: pieces of evidence that recurred, or were not measured again.
         """
-        (done,) = self.done
-        groups, outcomes = list[AmbiguityGroup](), list[StepOutcome]()
-        for group, outcome in zip(self.opened, done.outcomes, strict=True):
-            left = group.before.pieces & recurring
-            whole = group.before.ended or not left or left == group.before.pieces
-            found = (
-                (group,)
-                if whole
-                else groups_of(isolate(RunSigns(group.before.of_pieces(left), FINISHED)), group.before)
-            )
-            groups += found
-            outcomes += [outcome if whole else StepOutcome.STAYS] * len(found)
-        return replace(self, opened=tuple(groups), done=(replace(done, outcomes=tuple(outcomes)),))
+        if not self.done:
+            return self
+        before = replace(self, done=self.done[:-1])
+        opened, histories = list[AmbiguityGroup](), list[list[StepOutcome]]()
+        for at, (group, was) in enumerate(zip(self.opened, before.groups, strict=True)):
+            history = [done.outcomes[at] for done in self.done]
+            parts = [(group, history[-1])]
+            if was.state is CaseState.GOES_ON:
+                parts = _split(group, self.done[-1], history[-1], recurring, first=len(self.done) == 1) or parts
+            opened += [one for one, _ in parts]
+            histories += [[*history[:-1], last] for _, last in parts]
+        done = (replace(one, outcomes=each) for one, each in zip(self.done, zip(*histories, strict=True), strict=True))
+        return replace(self, opened=tuple(opened), done=tuple(done))
 
     @property
     def by_chance(self) -> bool:
@@ -157,3 +163,29 @@ def groups_of(isolation: Isolation, failures: Failures) -> tuple[AmbiguityGroup,
     return tuple(
         AmbiguityGroup(failures.of_pieces(clue.explains), clue.strong, clue.weak, clue.seen) for clue in isolation.clues
     )
+
+
+def _split(
+    group: AmbiguityGroup, done: Done, outcome: StepOutcome, recurring: frozenset[Piece], *, first: bool
+) -> list[tuple[AmbiguityGroup, StepOutcome]]:
+    """Return the groups of a group's recurring evidence and of the rest, each with its outcome; empty if it is one."""
+    left, step = group.before.pieces & recurring, done.proposal.step
+    ended = group.before.pieces - left
+    if group.before.ended or not left or not ended:
+        return []
+    stay = isolate(RunSigns(group.before.of_pieces(left), FINISHED))
+    found = [(one, StepOutcome.STAYS) for one in groups_of(stay, group.before)]
+    if step.name == AGAIN:
+        return found if first else []
+    apart = frozenset(
+        piece
+        for piece in ended
+        if (piece.subject == "hand" and piece.kind not in OF_A_DIGIT)
+        or not any(clue.can_explain(piece) for clue in stay.clues)
+    )
+    if not apart or outcome not in (StepOutcome.STAYS, StepOutcome.PARTLY):
+        return []
+    # a rerun without a change shows whether the step has ended it
+    ends = StepOutcome.GONE if step.restores else StepOutcome.PARTLY
+    gone = isolate(RunSigns(group.before.of_pieces(apart), FINISHED))
+    return [*((one, ends) for one in groups_of(gone, group.before)), *found]

@@ -11,7 +11,6 @@ from hil.checks import JUDGED
 from hil.checks.shared.declaration import EvidenceKind as Kind
 from hil.verdict.case import DiagnosisCase, groups_of
 from hil.verdict.failures import EVIDENCE, Failures
-from hil.verdict.group import AGAIN
 from hil.verdict.outcome import failed_in, outcome_of
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
@@ -156,8 +155,7 @@ def played(hand: AbstractHand, *, wrong_answer: bool = False, idle: bool = False
         if {*outcomes} == {StepOutcome.GONE} and after.off and not left:
             outcomes = [StepOutcome.PARTLY] * len(outcomes)
         case = case.after(proposal, outcomes)
-        if proposal.step.name == AGAIN and len(case.done) == 1:
-            case = case.narrowed(case.before.pieces & after.pieces)
+        case = case.narrowed(after.pieces)
     return case
 
 
