@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from aero.actuation import CommandWindow
+from aero.actuation import ActuationMap, CommandWindow
 from aero.clock import WallClock
 from aero.exit_code import STOPPING, Exit
 from aero.firmware import FIRMWARE, firmware_of
@@ -24,11 +24,11 @@ from aero.serial_transport import SerialTransport
 from aero.side import Side
 from aero_hil_terminal import Terminal
 from hil.cli.exits import Ended, usage_errors
-from hil.cli.options import SIDE
+from hil.cli.options import SIDE, VIEW
 from hil.cli.output_files import FOLDER, LINK
 from hil.dialogue.printing import echo
 from hil.recordings.output import emptied
-from hil.targets.hand_spec import PHYSICAL, named_port
+from hil.targets.hand_spec import PHYSICAL, PortSpec, named_port
 from hil.targets.typed_lines import TypedLines
 
 WORDS = "`resume` accepts commands again after a stop; `status` says how long this grip can be held"
@@ -44,6 +44,7 @@ WORDS = "`resume` accepts commands again after a stop; `status` says how long th
     "--black-box", type=FOLDER, default="stops", show_default=True,
     help="Folder for a recording of the last three minutes at each stop.",
 )  # fmt: skip
+@VIEW
 @click.option("--prompt", is_flag=True, help="Accept words on standard input even if it is not a terminal.")
 def guard(
     *,
@@ -53,6 +54,7 @@ def guard(
     side: Side | None,
     resume_with_next: bool,
     black_box: Path,
+    view: bool,
     prompt: bool,
 ) -> None:
     """Guard the hand at PORT (device path, pyserial URL or name) for any program on a pseudo-terminal.
@@ -92,6 +94,8 @@ def guard(
             stopped=box.stopped, said=_said, resumes_alone=resume_with_next,
         )  # fmt: skip
         between.listeners.append(box.add)
+        if view:
+            _shown(spec, opened, between)
         try:
             between.open()
         except ConnectionError as error:
@@ -107,6 +111,22 @@ def guard(
             (standby.stand_down if is_open else standby.take_over)()
     if not is_open:
         raise Ended(SWITCH_OFF, Exit.STOPPED)
+
+
+def _shown(spec: PortSpec, opened: ExitStack, between: PortGuard) -> None:
+    """Show the hand on a page: by the readings of the client and of the guard."""
+    from hil.dialogue.viewing import viewing  # noqa: PLC0415 - needs the extra `view`
+    from hil.targets.wire_log import WireRecord  # noqa: PLC0415 - as above
+    from hil.view.sources import WireSource  # noqa: PLC0415 - as above
+
+    clock = WallClock()
+    source = WireSource(ActuationMap.for_firmware(spec.firmware, side=spec.side))
+
+    def take(to_hand: bool, data: bytes) -> None:
+        source.take(WireRecord(clock.now(), "to_hand" if to_hand else "from_hand", data))
+
+    between.listeners.append(take)
+    opened.enter_context(viewing(True, spec, stay=False)).follow(source)
 
 
 def _said(text: str) -> None:
