@@ -36,7 +36,7 @@ def test_a_misspelt_command_is_answered_with_the_nearest():
 
 
 def test_a_command_whose_extra_is_not_installed_names_it():
-    refused = run(("rich",), "view", "x")
+    refused = run(("mujoco",), "view", "x")
     assert refused.returncode == 2
     assert refused.stderr.startswith("Error: `aero-hil view` needs the extra `view`; ")
     assert refused.stderr.count("\n") == 1
