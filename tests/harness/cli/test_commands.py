@@ -35,10 +35,14 @@ def test_a_misspelt_command_is_answered_with_the_nearest():
     assert "did you mean" not in CliRunner().invoke(main, ["xyz"]).output
 
 
-def test_a_command_whose_extra_is_not_installed_names_it():
-    refused = run(("mujoco",), "view", "x")
+@pytest.mark.parametrize(
+    ("lacking", "said"),
+    [("mujoco", "`aero-hil view` needs the extra `hil`; "), ("viser", "a recording's page needs the extra `view`; ")],
+)
+def test_a_command_whose_extra_is_not_installed_names_it(lacking, said):
+    refused = run((lacking,), "view", __file__)
     assert refused.returncode == 2
-    assert refused.stderr.startswith("Error: `aero-hil view` needs the extra `view`; ")
+    assert refused.stderr.startswith(f"Error: {said}")
     assert refused.stderr.count("\n") == 1
 
 
