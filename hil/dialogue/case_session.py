@@ -212,9 +212,8 @@ class CaseSession:
         # only the run is repeated: a second exchange would put the servos back
         for _ in range(RUNS):
             if (outcomes := self._rerun(proposal, folder, freed=freed)) is not None:
-                # a failure that went along has shown by itself that the servos and their IDs were exchanged
-                ask = by_hand and step.check is StepCheck.FINGER and StepOutcome.MOVED not in outcomes
-                doubt = self._crossed(proposal) if ask else ""
+                # also if the failure went along: with the IDs left, that of a bad digit does
+                doubt = self._crossed(proposal) if by_hand and step.check is StepCheck.FINGER else ""
                 return (unsure, doubt) if doubt else (outcomes, "")
             if self._ask(Choice(REPEAT, (REPEATED, NOT_DONE))) is StepOutcome.SKIPPED:
                 break
@@ -307,7 +306,8 @@ class CaseSession:
         moves = motion(plan.furthest, plan.seconds, spec.guard)
         homes = f"The hand homes (about {plan.homes_s:.0f} s). " if plan.homings else ""
         more = "".join(f"; if all passes, {', '.join(names)}" for names in plan.confirming)
-        runs = f"Runs {', '.join(plan.first)} (about {plan.first_s:.0f} s with opening){more}. "
+        part = "; if part of the failure stays, both once more" if plan.homings else ""
+        runs = f"Runs {', '.join(plan.first)} (about {plan.first_s:.0f} s with opening){more}{part}. "
         return replace(
             moves, text=f"{homes}{runs}{moves.text}", channels=tuple(Channel) if plan.homings else moves.channels
         )

@@ -96,9 +96,9 @@ class Plan:
 
     @property
     def seconds(self) -> float:
-        """Total hand time, s."""
+        """Longest hand time, s: what homing ends in part homes and runs once more."""
         each_s = (self.opens_s + sum(EXPERIMENTS[name].hand_s for name in run) for run in self.confirming)
-        return self.first_s + sum(each_s)
+        return self.first_s * (2 if self.homings else 1) + sum(each_s)
 
 
 class _Course:

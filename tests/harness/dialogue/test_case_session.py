@@ -159,6 +159,26 @@ def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path,
     assert runs[1] - runs[0] >= 20.0
 
 
+def test_a_failure_that_goes_along_with_servos_that_kept_their_ids_convicts_none(tmp_path, monkeypatch):
+    """Another servo pulls the bad digit under its own ID: the failure went along, and the good servo was convicted."""
+    with open_target(homed=True) as target:
+        good = validate(target, ("presence",))
+    monkeypatch.setattr(case_session, "rerun", lambda *_, **__: ((StepOutcome.MOVED,), good))
+    off = Failures({("audit", "followed", "middle"): -9.0})
+    middle = AmbiguityGroup(off, frozenset({Suspect(part, Channel.MIDDLE) for part in (Part.SERVO, Part.DIGIT)}))
+    at_middle = ("home", None), ("inspect", Channel.MIDDLE), ("bend", Channel.MIDDLE)
+    done = tuple(Done(Proposal(steps()[name], at), (StepOutcome.UNSURE,)) for name, at in (("again", None), *at_middle))
+    write_case(tmp_path, stored := replace(SETUP, case=DiagnosisCase((middle,), ("audit",), ("audit",), done)))
+    with open_target(homed=True) as target:
+        # the first digit, the index finger, has the marked servo, and moves when the middle finger is nudged
+        session = CaseSession(stored, tmp_path, Homing(target, 0), Silent())
+        session.go_through()
+    (exchange,) = (one for one in session.case.done if one.proposal.step.name == "exchange")
+    assert exchange.outcomes == (StepOutcome.UNSURE,)
+    assert exchange.note == case_session.KEPT_IDS
+    assert not session.case.told
+
+
 def test_a_board_that_has_just_booted_is_asked_over_a_new_link(tmp_path):
     write_case(tmp_path, SETUP)
     with open_target(homed=True) as target:

@@ -124,3 +124,12 @@ def test_a_failure_that_may_be_chance_has_to_stay_away_in_one_more_run(off, conf
     plan = Plan.after(case, steps()["cable"], "0.2.0")
     assert plan.confirming == confirming
     assert plan.seconds > plan.first_s
+
+
+def test_the_announced_time_holds_the_second_homing():
+    """A step took 385 s of the announced 190 s: part of the failure stayed, and the hand homed and ran once more."""
+    case = DiagnosisCase(
+        (AmbiguityGroup(Failures({("audit", "followed", "ring"): -9.0}), SOME),), ("audit",), ("audit",)
+    )
+    home, again = (Plan.after(case, steps()[name], "0.2.0") for name in ("home", "again"))
+    assert home.seconds - 2 * home.first_s == again.seconds - again.first_s
