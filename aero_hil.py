@@ -7,7 +7,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-PACKAGES = ("hil", "aero", "model", "firmware_emulator")
+PACKAGES = ("hil", "aero", "simulator", "model", "firmware_emulator")
 """Packages required by every part of aero-hil."""
 
 

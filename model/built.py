@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from aero.channels import CABLES, JOINT_BOX_RAD, Channel, Joint
 from aero.side import Side
-from model.appearance import CABLE_RGBA
-from model.geometry import hand_geometry
-from model.geometry.palm import THENAR_GUIDE
-from model.geometry.winding import SPOOL_RADIUS, WINDING
 from model.pads import lay_pads
 from model.parameters import LONGEST, STANDARD_GRAVITY, BuiltHandParameters
-from model.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
 from model.softness import constraint
+from simulator.appearance import CABLE_RGBA
+from simulator.geometry import hand_geometry
+from simulator.geometry.palm import THENAR_GUIDE
+from simulator.geometry.winding import SPOOL_RADIUS, WINDING
+from simulator.skeleton import COLLISION_GROUP, MECHANISM_GROUP, JointDynamics, build_skeleton, couple
 
 COUPLING_COMPLIANCE = 0.002
 """Compliance of the PIP-DIP and thumb MCP-IP couplings, rad/(N m)."""

@@ -11,8 +11,8 @@ from aero.channels import CABLES, Channel, Joint
 from aero.floats import Floats
 from firmware_emulator.plant import Drive
 from model.built import BINDING, BINDING_RECESS, cable_name, shaft_name, winding
-from model.geometry.winding import SPOOL_RADIUS
 from model.parameters import BuiltHandParameters
+from simulator.geometry.winding import SPOOL_RADIUS
 
 SHAFTS = len(Channel)
 UNBOUNDED = 1e6

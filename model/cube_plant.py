@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from aero.side import Side
 from model.parameters import BuiltHandParameters
 from model.plant import BuiltHandPlant
-from model.scene import (
+from simulator.scene import (
     CUBE,
     CUBE_START,
     LOST_HEIGHT_M,
@@ -127,7 +127,7 @@ class CubeWatch:
         """Time since the placement, s, and rotation, rad, at each sample."""
         self._samples = self._untouched = self._let_go = 0
         self.postures: list[NDArray[np.float64]] = []
-        """Posture of hand and cube at the end of each control period, for `model.pictures.frames`."""
+        """Posture of hand and cube at the end of each control period, for `simulator.pictures.frames`."""
 
     def place(self) -> None:
         """Place the cube at rest in the hand and start its time."""

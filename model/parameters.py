@@ -14,8 +14,8 @@ import numpy as np
 
 from aero.channels import JOINT_BOX_RAD, Joint
 from firmware_emulator.servo.parameters import HLS3606M
-from model.geometry.palm import THENAR_RADIUS
-from model.geometry.winding import ABDUCTION_RADIUS
+from simulator.geometry.palm import THENAR_RADIUS
+from simulator.geometry.winding import ABDUCTION_RADIUS
 
 STANDARD_GRAVITY = 9.81
 """m/s²."""

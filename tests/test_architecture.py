@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("aero", "firmware_emulator", "model", "hil", "train")
+PACKAGES = ("aero", "firmware_emulator", "simulator", "model", "hil", "train")
 LEROBOT, ROBOTS = "lerobot_robot_aero", "feetech_robots"
 """Distributions of their own, on top of `aero` and `hil`, and for the second `firmware_emulator`."""
 LEAVES = {LEROBOT, ROBOTS, "examples", "tests"}
@@ -19,9 +19,10 @@ LEAVES = {LEROBOT, ROBOTS, "examples", "tests"}
 MAY_IMPORT = {
     "aero": set(),
     "firmware_emulator": set(),
-    "model": {"aero", "firmware_emulator"},
-    "hil": {"aero", "firmware_emulator", "model"},
-    "train": {"aero", "firmware_emulator", "model", "hil"},
+    "simulator": {"aero"},
+    "model": {"aero", "firmware_emulator", "simulator"},
+    "hil": {"aero", "firmware_emulator", "simulator", "model"},
+    "train": {"aero", "firmware_emulator", "simulator", "model", "hil"},
 }
 EMULATOR_FOR_MODEL = {"firmware_emulator.plant", "firmware_emulator.servo.parameters"}
 """What `model` may know of the electronics: the interface behind the servos, and one servo's constants."""
@@ -39,15 +40,10 @@ HIL_LAYERS = (
     {"emulated.cli"},
 )
 """The folders and files of `hil`, lowest first; each may import itself and what lies below."""
-INSTRUMENT_MAY = {
-    "firmware_emulator": (),
-    "model": ("model.geometry", "model.routed", "model.drawn_parts", "model.appearance", "model.pictures"),
-}
-"""What the instrument, `hil` outside `hil/emulated`, may import of the emulator: of `model` the geometry, the simulator
-of the paper that experiments compare with, and its drawing."""
 HEAVY = {
     "aero": {"mujoco", "jax", "scipy", "matplotlib", "click", "rich", "pytest"},
     "firmware_emulator": {"mujoco", "jax", "scipy", "matplotlib", "click", "rich", "pytest"},
+    "simulator": {"jax", "click", "rich", "pytest"},
     "model": {"jax", "click", "rich", "pytest"},
     "hil": {"jax"},
     "train": set(),
@@ -132,13 +128,7 @@ def test_the_instrument_knows_no_emulator() -> None:
     files = [path for path in sources("hil") if "emulated" not in path.relative_to(ROOT).parts]
     found = {(module_name(path), name) for path in files for name in imported(path)}
     assert len(files) > 80  # what is searched is there
-    offenders = {
-        (module, name)
-        for module, name in found
-        if (allowed := INSTRUMENT_MAY.get(name.partition(".")[0])) is not None
-        and not any(f"{name}.".startswith(f"{one}.") for one in allowed)
-    }
-    assert not offenders
+    assert not {row for row in found if row[1].partition(".")[0] in ("firmware_emulator", "model")}
 
 
 def test_no_circle_between_files() -> None:
@@ -183,8 +173,16 @@ def test_opening_a_port_loads_no_emulator() -> None:
     loaded = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True, cwd=ROOT)
     names = loaded.stdout.split()
     assert "hil.targets.opening" in names
-    emulator = ("firmware_emulator", "model", "mujoco", "hil.emulated")
+    emulator = ("firmware_emulator", "model", "simulator", "mujoco", "hil.emulated")
     assert [name for name in names if f"{name}.".startswith(tuple(f"{one}." for one in emulator))] == []
+
+
+def test_validating_a_hand_on_a_port_loads_no_emulator() -> None:
+    program = "import sys, hil.verdict.validation, hil.report.results; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True, cwd=ROOT)
+    packages = {name.partition(".")[0] for name in loaded.stdout.split()}
+    assert "simulator" in packages
+    assert not packages & {"firmware_emulator", "model"}
 
 
 def test_import_aero_costs_numpy_and_pyserial_only() -> None:
@@ -194,7 +192,7 @@ def test_import_aero_costs_numpy_and_pyserial_only() -> None:
     assert {name for name in third_party if not name.startswith("_")} <= {"aero", "numpy", "serial"}
 
 
-@pytest.mark.parametrize("package", ["aero", "firmware_emulator", "model"])
+@pytest.mark.parametrize("package", ["aero", "firmware_emulator", "simulator", "model"])
 def test_nothing_that_models_the_hand_reads_the_wall_clock(package: str) -> None:
     offenders = []
     for path in sources(package):

@@ -20,8 +20,8 @@ from aero.channels import CABLES
 from aero.policy.running import RunSettings
 from aero.policy.settings import Row
 from aero.policy.task import CHANNELS
-from model.geometry.winding import SPOOL_RADIUS
 from model.units import Unit
+from simulator.geometry.winding import SPOOL_RADIUS
 
 REMEMBERED = 3
 """Number of stored targets: enough for delays of up to two control periods."""

@@ -18,9 +18,9 @@ from aero.channels import CABLES, OBSERVATION_ORDER, Channel, Joint
 from aero.floats import Floats
 from model.built import build_built, shaft_name
 from model.compiled_hand import CompiledHand
-from model.geometry.winding import SPOOL_RADIUS
-from model.scene import CUBE, Cube, add_cube
 from model.units import Unit
+from simulator.geometry.winding import SPOOL_RADIUS
+from simulator.scene import CUBE, Cube, add_cube
 from train.hands import TIMESTEP_S, in_training
 from train.simulator import STATE_KIND, Simulator, add_sensors
 from train.task import PHYSICS_STEP_S

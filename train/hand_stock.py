@@ -13,7 +13,7 @@ import numpy as np
 from aero.floats import Floats
 from aero.policy.settings import PolicySettings
 from model.compiled_hand import CompiledHand
-from model.scene import CUBE, any_cube, nearer, tail_cube
+from simulator.scene import CUBE, any_cube, nearer, tail_cube
 from train import built, randomise
 from train.hands import draw_hand, draw_healthy, training_correction
 from train.recipe import TrainingStage

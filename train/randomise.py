@@ -3,7 +3,7 @@
 Link masses, zero offsets and most others are independent for every element; the five fingertips share one friction and
 the cube's three moments one factor, as in the released routine. Cube friction and cube mass are not in the table: the
 released routine draws and then overwrites both, so the paper's policies never saw them vary. Cubes with other friction,
-mass, size or centre of mass are compiled by `model.scene`.
+mass, size or centre of mass are compiled by `simulator.scene`.
 """
 
 import copy

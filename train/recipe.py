@@ -115,11 +115,11 @@ class TrainingStage:
     redraw: Redraw | None = None
     """Replacement of built hands within the stage; None keeps them."""
     any_cube: bool = False
-    """True for a random cube per hand (`model.scene`), in training and evaluation; False for the paper's cube."""
+    """True for a random cube per hand (`simulator.scene`), in training and evaluation; False for the paper's cube."""
     cube_reach: tuple[float, float] = (1.0, 1.0)
     """Range of the interpolation from the paper's cube (0) to a random one (1), one draw a training hand."""
     tail_share: float = 0.0
-    """Fraction of the training cubes with one property from `model.scene.TAILS`."""
+    """Fraction of the training cubes with one property from `simulator.scene.TAILS`."""
     reset: ResetRanges = PAPER_RESET
     episode_steps: int = 500
     staggered: bool = False

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from aero.actuation.arrays import Array
 from aero.channels import Channel
 from aero.floats import Floats
-from model.routed import build_routed
-from model.scene import CUBE, Cube, add_cube
+from simulator.routed import build_routed
+from simulator.scene import CUBE, Cube, add_cube
 from train.actuation import STALL_FORCE
 from train.task import STATE_POSITIONS, STATE_VELOCITIES
 

@@ -21,7 +21,7 @@ from aero.actuation.arrays import Array, namespace
 from aero.channels import JOINT_BOX_RAD, OBSERVATION_ORDER, Channel, Joint
 from aero.policy.settings import PAPER_TRAINING, PolicySettings
 from aero.policy.task import ActionMemory, ShownAction, observe, targets
-from model.scene import LOST_HEIGHT_M, LOST_UNTOUCHED_S
+from simulator.scene import LOST_HEIGHT_M, LOST_UNTOUCHED_S
 from train import actuation
 from train.actuation import IDEAL, ActuationRanges, Parameters, ServoState
 

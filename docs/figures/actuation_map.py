@@ -19,9 +19,9 @@ from aero.whole_file import write_whole
 from figures.inputs import ROOT
 from figures.results import Rows, Shipped
 from figures.sample_text import rows_of
-from model import RoutedHand
-from model.geometry.winding import WINDING
-from model.routed import TENDONS, build_routed
+from simulator import RoutedHand
+from simulator.geometry.winding import WINDING
+from simulator.routed import TENDONS, build_routed
 from train.identification.map_identification import (
     FLEXION,
     SETTLE_S,

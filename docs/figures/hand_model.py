@@ -24,7 +24,7 @@ from figures.actuation_map import thumb_grid
 from figures.results import Rows
 from firmware_emulator.plant import Drive
 from hil.checks.staircase.reachable_range import calibrated_range
-from model import RoutedHand, build_routed
+from simulator import RoutedHand, build_routed
 from train.identification.map_identification import fit_inverse, fit_joints
 
 ABDUCTION = 0.8

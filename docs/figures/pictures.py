@@ -17,9 +17,9 @@ from hil.cli.run_policy import run_policy
 from hil.emulated.emulated_spec import EmulatedSpec
 from hil.verdict.sentences import channel_sentences
 from hil.verdict.validation import validate
-from model.pictures import POSE, write_picture
-from model.routed import build_routed
-from model.scene import CUBE
+from simulator.pictures import POSE, write_picture
+from simulator.routed import build_routed
+from simulator.scene import CUBE
 from train.evaluation.cube_trial import run_trial
 
 DOCS = ROOT / "docs"

@@ -1,4 +1,4 @@
-"""All grasps in one picture, each as it was when the person had let go. Needs OpenGL, see `model.pictures`."""
+"""All grasps in one picture, each as it was when the person had let go. Needs OpenGL, see `simulator.pictures`."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from aero.channels import Joint
-from model import build_routed
-from model.scene import add_light
+from simulator import build_routed
+from simulator.scene import add_light
 
 from .grasp import Grasp
 from .object_plant import add_object

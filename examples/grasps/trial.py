@@ -13,8 +13,8 @@ from aero.channels import JOINT_BOX_RAD, Joint
 from aero.firmware import DEFAULT_FIRMWARE
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.links.in_process import InProcessLink
-from model.skeleton import GRAVITY
 from model.units import Unit
+from simulator.skeleton import GRAVITY
 
 from .grasp import Grasp
 from .object_plant import ObjectPlant

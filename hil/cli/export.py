@@ -59,7 +59,7 @@ def _foxglove(recording: Path, out: Path | None) -> None:
         raise Ended("this export needs the extra `foxglove`; from a checkout: pip install -e '.[foxglove]'", Exit.USAGE)
     from hil.report.film import write_film  # noqa: PLC0415 - a test record needs neither
     from hil.report.foxglove import LAYOUT, export  # noqa: PLC0415
-    from model.pictures import check_drawing  # noqa: PLC0415
+    from simulator.pictures import check_drawing  # noqa: PLC0415
 
     path = recording.with_name(f"{recording.stem}-foxglove.mcap") if out is None else out
     film = path.suffix == ".gif"

@@ -2,7 +2,7 @@
 
 import sys
 
-PACKAGES = ("aero", "firmware_emulator", "model", "hil", "train", "feetech_robots")
+PACKAGES = ("aero", "firmware_emulator", "simulator", "model", "hil", "train", "feetech_robots")
 
 
 def is_ours(module: str | None) -> bool:

@@ -27,10 +27,10 @@ from hil.targets.argument_names import suggesting
 from hil.targets.hand_spec import HOMINGS, PortSpec
 from hil.targets.opening import Opening, drive, driven, open_spec
 from hil.targets.wire_log import WireLog
-from model.scene import Cube
 from model.units import Unit
 from model.units.conditions import Conditions
 from model.units.plausible import unit_named
+from simulator.scene import Cube
 
 
 @suggesting

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from hil.emulated.faults.fault import Injection
-    from model.scene import Cube
     from model.units.conditions import Conditions
+    from simulator.scene import Cube
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 from hil.emulated.emulated_target import EmulatedTarget
 from hil.targets.target import Target
 from model.cube_plant import CubePlant, CubeWatch
-from model.scene import CUBE
 from model.units.cable_correction import NONE, TYPICAL, named_correction
+from simulator.scene import CUBE
 
 __all__ = ["CUBE", "NONE", "TYPICAL", "CubeWatch", "cube_of", "named_correction"]
 

@@ -9,7 +9,7 @@ from aero.whole_file import whole
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.policy_run import POSTURE
 from hil.recordings.recording import Recording
-from model.pictures import frames
+from simulator.pictures import frames
 
 FRAMES_PER_S = 10.0
 """Frame rate of a film, Hz: half the control rate, for half the file size."""

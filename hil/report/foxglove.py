@@ -46,7 +46,7 @@ from hil.recordings.recording import Header, Recording
 from hil.report.evidence import by_finding
 from hil.verdict.findings import failed
 from hil.verdict.validation import judge_recordings
-from model.drawn_parts import DrawnPart, PosedHand, Vector
+from simulator.drawn_parts import DrawnPart, PosedHand, Vector
 
 ROOT = "world"
 """Parent frame of all bodies."""

@@ -11,7 +11,7 @@ from aero.channels import Channel
 from aero.side import Side
 from hil.view.frame import CaseStands, FaultOffered, Heading, Moving, Note, Verdicts, ViewFrame
 from hil.view.scene import COMMANDED, OTHER, SLACK, TAUT, UNSEEN, Rgb, cable_colour
-from model.appearance import PULLEY_RGBA
+from simulator.appearance import PULLEY_RGBA
 
 TEMPLATES = Environment(
     loader=PackageLoader("hil.view"), autoescape=True, trim_blocks=True, lstrip_blocks=True, auto_reload=False

@@ -12,9 +12,9 @@ from aero.actuation.window import COUNTS_PER_TURN
 from aero.channels import Channel
 from aero.floats import Floats
 from aero.side import Side
-from model.appearance import CABLE_WIDTH
-from model.drawn_parts import DrawnPart, PosedHand
-from model.geometry.winding import SPOOL_RADIUS
+from simulator.appearance import CABLE_WIDTH
+from simulator.drawn_parts import DrawnPart, PosedHand
+from simulator.geometry.winding import SPOOL_RADIUS
 
 Rgb = tuple[int, int, int]
 TAUT, SLACK, UNSEEN, OTHER, COMMANDED = (214, 69, 32), (38, 110, 214), (120, 120, 128), (196, 190, 176), (140, 60, 200)

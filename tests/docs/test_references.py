@@ -48,7 +48,7 @@ def texts(path):
 
 SOURCES = [
     path
-    for package in ("aero", "firmware_emulator", "hil", "model", "train")
+    for package in ("aero", "firmware_emulator", "hil", "model", "simulator", "train")
     for path in (ROOT / package).rglob("*.py")
 ]
 

@@ -37,7 +37,7 @@ def test_everything_that_ships_as_data_is_made():
     ("module", "input_"),
     [
         ("figures.policy", "model/softness.py"),
-        ("figures.policy", "model/scene.py"),
+        ("figures.policy", "simulator/scene.py"),
         ("figures.limits", "model/softness.py"),
         ("figures.limits", "aero/safety/thresholds.py"),
         ("figures.correction", "model/softness.py"),

@@ -11,7 +11,7 @@ from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.verdict.findings import failed
 from hil.verdict.validation import validate
-from model import RoutedHand
+from simulator import RoutedHand
 
 WRONG_WINDOW = "board_runs_0.2.0"
 FOUND_BY = {

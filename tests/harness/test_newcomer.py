@@ -16,7 +16,7 @@ import pytest
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("aero", "firmware_emulator", "model", "hil")
+PACKAGES = ("aero", "firmware_emulator", "simulator", "model", "hil")
 
 
 @pytest.fixture

@@ -32,7 +32,7 @@ def checkout(tmp_path, monkeypatch):
     folder.mkdir()
     for name in BUILT:
         shutil.copy(ROOT / name, folder)
-    for package in ("aero", "firmware_emulator", "model", "hil/recordings", "train"):
+    for package in ("aero", "firmware_emulator", "simulator", "model", "hil/recordings", "train"):
         (folder / package).mkdir(parents=True)
         (folder / package / "__init__.py").touch()
     identity = ["-c", "user.name=a", "-c", "user.email=a@b"]

@@ -9,7 +9,7 @@ ROOT = Path(__file__).parents[2]
 HIDDEN = "import sys, serial.tools.list_ports; sys.modules.update(dict.fromkeys(('termios', 'fcntl', 'pty', 'tty')))"
 IMPORT_ALL = """
 import importlib, pathlib
-for package in ("aero", "firmware_emulator", "model", "hil"):
+for package in ("aero", "firmware_emulator", "simulator", "model", "hil"):
     for path in sorted(pathlib.Path(package).rglob("*.py")):
         name = ".".join(path.with_suffix("").parts).removesuffix(".__init__")
         if name.endswith("__main__"):

@@ -15,7 +15,7 @@ from aero.policy.running import Ending, RunSettings
 from aero.policy.shipped import DEFAULT, find_policy
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder
-from model.routed import COMMAND_RANGE
+from simulator.routed import COMMAND_RANGE
 
 pytestmark = pytest.mark.moves
 

@@ -16,7 +16,7 @@ from servo_law import COUNT, STALL, push, settle, towards
 
 from aero.channels import CABLES, FINGERS, Channel, Joint
 from model import BuiltHandParameters, BuiltHandPlant, build_built
-from model.geometry.winding import SPOOL_RADIUS, WINDING
+from simulator.geometry.winding import SPOOL_RADIUS, WINDING
 
 NOTHING = (0.0,) * 16
 RIGID = BuiltHandParameters(

@@ -4,8 +4,8 @@ import pytest
 
 from model.cube_plant import GAP_M, CubePlant
 from model.plant import BuiltHandPlant
-from model.scene import CUBE_START, Cube
 from model.units import load_unit
+from simulator.scene import CUBE_START, Cube
 
 
 def test_a_cube_out_of_reach_does_not_touch_the_hand():

@@ -8,8 +8,8 @@ import pytest
 
 from model import BuiltHandParameters, build_built
 from model.pads import PADDED
-from model.scene import add_cube
 from model.units.plausible import plausible_unit
+from simulator.scene import add_cube
 
 PADS = BuiltHandParameters(pad_friction=1.0)
 PLASTIC = replace(PADS, pad_friction=0.0)

@@ -13,7 +13,7 @@ from hil.emulated.any_hand import open_target
 from hil.recordings.recorder import Recorder
 from hil.verdict.run_end import FINISHED
 from hil.verdict.validation import validate
-from model import RoutedHand
+from simulator import RoutedHand
 from train.identification.excitation import REACH
 
 

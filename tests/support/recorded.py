@@ -3,7 +3,7 @@
 from hil.checks.staircase.check import run_staircase
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder, silent
-from model import RoutedHand
+from simulator import RoutedHand
 from train.identification.excitation import EXPERIMENT, play
 
 

@@ -8,7 +8,7 @@ import pytest
 from aero.channels import Channel
 from aero.policy.settings import PAPER_DEPLOYMENT, PAPER_TRAINING
 from aero.policy.task import ShownAction
-from model.scene import Cube
+from simulator.scene import Cube
 from train import randomise
 from train.actuation import DRAWS, IDEAL
 from train.recipe import PAPER, on_gpu

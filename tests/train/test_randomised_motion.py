@@ -9,7 +9,7 @@ import pytest
 
 from aero.channels import JOINT_BOX_RAD
 from aero.policy.settings import PAPER_TRAINING
-from model.scene import CUBE, OFF_CENTRE_M, RANGES, Cube
+from simulator.scene import CUBE, OFF_CENTRE_M, RANGES, Cube
 from train import randomise
 from train.simulator import Simulator, build_scene, positions, tip_geoms, velocities
 from train.task import NOMINAL_RESET, draw_starts

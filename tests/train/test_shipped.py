@@ -12,9 +12,9 @@ from aero.policy.running import RunSettings
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.policy.task import ShownAction
 from hil.emulated.emulated_spec import EmulatedSpec
-from model.scene import CUBE, Cube
 from model.units.cable_correction import correction
 from model.units.plausible import plausible_unit, unit_named
+from simulator.scene import CUBE, Cube
 from train.actuation import BUS
 from train.built import BuiltSimulator, build_scene
 from train.evaluation.cube_trial import run_trial

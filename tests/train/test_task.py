@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from aero.channels import JOINT_BOX_RAD, Channel
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.task import targets
-from model.routed import COMMAND_RANGE
+from simulator.routed import COMMAND_RANGE
 from train import task as grasp
 from train.actuation import DRAWS
 from train.task import (

@@ -22,7 +22,7 @@ from hil.cli.output_files import FOLDER
 from hil.dialogue.terminal import ProgressBar, print_columns
 from hil.dialogue.terminal import console as new_console
 from hil.recordings.output import json_text
-from model.scene import CUBE, Cube
+from simulator.scene import CUBE, Cube
 from train.evaluation.cube_trial import CubeTrial
 from train.evaluation.simulation import beside_a_deployment, measure
 from train.evaluation.trials import CORRECTIONS, Case, figures, load_deployments, over_hands, run_trials

@@ -9,7 +9,7 @@ from aero.floats import Floats
 from aero.policy.file import Policy
 from aero.policy.settings import PolicySettings
 from aero.policy.task import CHANNELS, targets
-from model.scene import SETTLING_S
+from simulator.scene import SETTLING_S
 from train import actuation
 from train.simulator import Simulator, StopCheck, positions, velocities
 from train.task import OUT_OF_THE_HAND, Task, begin, command, draw_starts, finish, observed, unpack

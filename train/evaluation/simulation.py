@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from aero.policy.file import Policy
 from aero.policy.settings import PAPER_DEPLOYMENT, PolicySettings
 from aero.whole_file import whole
-from model.scene import CUBE, Cube
+from simulator.scene import CUBE, Cube
 from train.actuation import BUS, ActuationRanges
 from train.evaluation.rollouts import Episodes, run, task_of
 from train.hand_stock import HandStock

@@ -20,9 +20,9 @@ from aero.policy.task import ShownAction
 from aero.side import Side
 from aero_hil_toml import filled, parsed
 from hil.emulated.emulated_spec import EmulatedSpec
-from model.scene import CUBE, Cube, any_cube
 from model.units.cable_correction import NONE, TYPICAL, named_correction
 from model.units.plausible import PLAUSIBLE
+from simulator.scene import CUBE, Cube, any_cube
 from train.evaluation.cube_trial import CubeTrial, run_trial
 from train.share import CONFIDENCE, Share
 from train.task import HARDLY_RAD_S

@@ -17,7 +17,7 @@ from aero.floats import Floats
 from aero.side import Side
 from aero.whole_file import write_whole
 from hil.checks.staircase.reachable_range import calibrated_range
-from model import RoutedHand
+from simulator import RoutedHand
 
 FLEXION = (Joint.THUMB_CMC, Joint.THUMB_MCP, Joint.THUMB_IP)
 THUMB_CABLES = (Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR)

@@ -21,7 +21,7 @@ from hil.emulated.faults.motor import Motor, on_shaft, weaker
 from hil.emulated.faults.servo import servo_of
 from hil.verdict.part import Part
 from model.built import winding
-from model.geometry.winding import SPOOL_RADIUS
+from simulator.geometry.winding import SPOOL_RADIUS
 
 WINDING, JOINT, MOTOR, ENCODER = FaultLayer.WINDING, FaultLayer.JOINT, FaultLayer.MOTOR, FaultLayer.ENCODER
 SUPPLY, SERVO, BUS, BOARD, LINK = (

@@ -19,7 +19,7 @@ from hil.checks.shared.signals import MILLI, closing_current, find_steps
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
-from model.routed import RoutedHand
+from simulator.routed import RoutedHand
 
 HOLD_S = 0.9
 """Time at either end, s; a finger of firmware `pre` needs 0.7 s for its range."""

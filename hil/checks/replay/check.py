@@ -16,7 +16,7 @@ from hil.checks.shared.signals import MILLI, at_times
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
-from model.routed import RoutedHand
+from simulator.routed import RoutedHand
 
 DURATION_S = 8.0
 SETTLE_S = 1.0

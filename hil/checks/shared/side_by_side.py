@@ -7,7 +7,7 @@ from aero.floats import Floats
 from hil.checks.shared.experiment import sample
 from hil.recordings.recorder import Progress, Recorder, silent
 from hil.targets.target import Target
-from model.routed import RoutedHand
+from simulator.routed import RoutedHand
 
 MODEL_STEP_S = 0.01
 """Time step of the routed hand and its trace, s."""

@@ -25,7 +25,7 @@ from hil.recordings.recorder import Progress, Recorder, silent
 from hil.recordings.recording import Recording
 from hil.recordings.series_layout import LABELS
 from hil.targets.target import Target
-from model.routed import RoutedHand
+from simulator.routed import RoutedHand
 
 __all__ = ["FURTHEST", "RESOLUTION", "Staircase", "details", "measure", "run", "run_staircase", "stream"]
 

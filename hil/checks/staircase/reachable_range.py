@@ -5,7 +5,7 @@ import numpy as np
 from aero.actuation import ActuationMap
 from aero.channels import Channel
 from aero.floats import Floats
-from model.routed import RoutedHand
+from simulator.routed import RoutedHand
 
 SWEEP_SETTLE_S = 2.0
 """Time for a simulated actuator to reach the end of its range, s."""

@@ -19,7 +19,7 @@ from hil.recordings.errors import CannotBeMeasuredError
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
 from hil.targets.target import Target
-from model.routed import RoutedHand
+from simulator.routed import RoutedHand
 
 __all__ = ["FURTHEST", "RESOLUTION", "measure", "run"]
 

@@ -13,7 +13,7 @@ from aero.policy.interface import PolicyFileError
 from aero.policy.settings import PAPER_TRAINING
 from aero.policy.shipped import DEFAULT, find_policy, shipped_policies
 from aero.policy.task import targets
-from model.routed import COMMAND_RANGE
+from simulator.routed import COMMAND_RANGE
 
 shipped = cache(find_policy)
 

@@ -131,4 +131,4 @@ def test_the_command_loads_no_emulator():
     program = "import sys, hil.cli.guard; print(*sys.modules)"
     ran = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
     loaded = {name.partition(".")[0] for name in ran.stdout.split()}
-    assert not loaded & {"firmware_emulator", "model", "mujoco", "mcap"}
+    assert not loaded & {"firmware_emulator", "simulator", "model", "mujoco", "mcap"}

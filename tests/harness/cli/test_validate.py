@@ -21,7 +21,7 @@ from hil.verdict.case_file import read_case
 from hil.verdict.limits import load_limits
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
-from model import RoutedHand
+from simulator import RoutedHand
 
 CHANNEL_KEYS = {
     "unit",

@@ -20,9 +20,9 @@ from hil.emulated.faults import parse_fault
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder
 from hil.targets.hand_errors import FaultNeverFiredError
-from model.routed import COMMAND_RANGE
 from model.units import shipped_units
 from model.units.plausible import PLAUSIBLE
+from simulator.routed import COMMAND_RANGE
 
 PERIOD_S = 0.05
 SHORT = RunSettings(seconds=0.6, approach_s=0.3, wait_s=0.1)

@@ -20,7 +20,7 @@ from hil.recordings.mcap_file import read_recording
 from hil.recordings.policy_run import record_policy
 from hil.recordings.recorder import Recorder
 from model.cube_plant import CubeWatch
-from model.scene import CUBE
+from simulator.scene import CUBE
 
 SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)
 

@@ -18,8 +18,8 @@ from hil.cli import main
 from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
 from hil.recordings.mcap_file import read_recording, write_recording
-from model.drawn_parts import PosedHand
-from model.routed import build_routed
+from simulator.drawn_parts import PosedHand
+from simulator.routed import build_routed
 
 pytest.importorskip("foxglove_schemas_protobuf", reason="needs the extra `foxglove`")
 from google.protobuf.timestamp_pb2 import Timestamp

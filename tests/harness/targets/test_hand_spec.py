@@ -16,8 +16,8 @@ from hil.emulated.emulated_spec import EmulatedSpec, named_spec
 from hil.emulated.faults import parse_fault
 from hil.emulated.served_hand import spec_of, spec_text
 from hil.targets.hand_spec import PortSpec
-from model.scene import Cube
 from model.units.conditions import Conditions
+from simulator.scene import Cube
 
 FAULTS = ("motor_weak:ring=0.4", "encoder_offset:index=100@5", "motor_dead:pinky", "link_silent@3")
 SPECS = st.builds(

@@ -7,7 +7,7 @@ from aero import Channel
 from hil import MissingCapabilityError, NoHandError
 from hil.emulated.any_hand import open_target
 from hil.emulated.faults import parse_fault
-from model.scene import CUBE
+from simulator.scene import CUBE
 
 
 def wire_log(seed, unit="reference"):

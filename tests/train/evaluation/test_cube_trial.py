@@ -13,9 +13,9 @@ from firmware_emulator.hand import EmulatedHand
 from hil.emulated import emulated_hand
 from hil.emulated.emulated_spec import EmulatedSpec
 from model.cube_plant import CubePlant, CubeWatch
-from model.scene import CUBE
 from model.units import load_unit
 from model.units.cable_correction import correction
+from simulator.scene import CUBE
 from train.evaluation.cube_trial import run_trial
 
 SHORT = RunSettings(seconds=1.0, approach_s=0.5, wait_s=0.2)

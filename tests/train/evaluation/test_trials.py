@@ -9,7 +9,7 @@ from policies import holding
 from aero.channels import Channel
 from aero.policy.running import Ending, RunSettings, typical_correction
 from hil.emulated.emulated_spec import EmulatedSpec
-from model.scene import CUBE
+from simulator.scene import CUBE
 from train.evaluation.cube_trial import run_trial
 from train.evaluation.trials import ANY_CUBE, CORRECTIONS, figures, over_hands
 

@@ -5,7 +5,7 @@ from figures.actuation_map import RoutedLengths, scores
 from aero.actuation import load_coefficients
 from aero.actuation.coefficients import coefficients_from_toml
 from aero.channels import Channel, Joint
-from model import RoutedHand
+from simulator import RoutedHand
 from train.identification import map_identification
 from train.identification.map_identification import coefficient_toml, identify
 

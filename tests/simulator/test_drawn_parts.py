@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from model.drawn_parts import PosedHand
-from model.routed import build_routed
-from model.skeleton import COLLISION_GROUP, GUIDE_GROUP
+from simulator.drawn_parts import PosedHand
+from simulator.routed import build_routed
+from simulator.skeleton import COLLISION_GROUP, GUIDE_GROUP
 
 
 @pytest.mark.parametrize("side", ["right", "left"])

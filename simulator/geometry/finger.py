@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import pi
 
 from aero.channels import Channel, Joint
-from model.geometry.elements import (
+from simulator.geometry.elements import (
     IDENTITY,
     Around,
     Box,

@@ -13,9 +13,9 @@ from policies import holding
 from aero.policy.file import save
 from hil.cli import main
 from hil.recordings.mcap_file import read_recording, write_recording
-from model import build_routed
 from model.cube_plant import CubePlant
-from model.pictures import (
+from simulator import build_routed
+from simulator.pictures import (
     FILM_HEIGHT,
     FILM_WIDTH,
     HEIGHT,
@@ -26,7 +26,7 @@ from model.pictures import (
     picture,
     write_picture,
 )
-from model.scene import Cube, add_cube
+from simulator.scene import Cube, add_cube
 
 drawn = pytest.mark.skipif(
     os.environ.get("MUJOCO_GL") not in {"egl", "osmesa", "glfw"}, reason="drawing needs OpenGL: set MUJOCO_GL=egl"
@@ -97,7 +97,7 @@ def test_a_film_that_cannot_be_is_refused_in_one_line(turned, tmp_path, monkeypa
     assert (refused.exit_code, refused.output.count("\n")) == (2, 1)
     assert "a film: nothing can be drawn here" in refused.output
     assert list(tmp_path.iterdir()) == []
-    monkeypatch.setattr("model.pictures.check_drawing", lambda _asked: None)
+    monkeypatch.setattr("simulator.pictures.check_drawing", lambda _asked: None)
     recording = read_recording(turned)
     posture = recording["posture"]
     assert posture.values.shape == (20, 23)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from model.geometry.elements import Hinge, Link, Role
+from simulator.geometry.elements import Hinge, Link, Role
 
 Rgba = tuple[float, float, float, float]
 

@@ -1,7 +1,7 @@
 """Routed hand: spatial tendons over pulleys, the simulator of the paper's training.
 
 Reproduces the released tendon model of the Aero Hand Open (`AeroCubeRotateZAxis`, MuJoCo Playground 0.2.0) with the
-geometry of `model.geometry`.
+geometry of `simulator.geometry`.
 """
 
 import mujoco
@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import FINGERS, OBSERVATION_ORDER, Channel
 from aero.side import Side
-from model.appearance import CABLE_RGBA, CABLE_WIDTH
-from model.geometry import hand_geometry
-from model.geometry.elements import Around, Cable
-from model.skeleton import build_skeleton, couple, released_dynamics
+from simulator.appearance import CABLE_RGBA, CABLE_WIDTH
+from simulator.geometry import hand_geometry
+from simulator.geometry.elements import Around, Cable
+from simulator.skeleton import build_skeleton, couple, released_dynamics
 
 TIMESTEP = 0.010
 """Physics step, s."""
@@ -49,7 +49,7 @@ def build_routed(side: Side = "right") -> mujoco.MjSpec:
         side: side of the hand.
 
     Returns:
-        A spec ready to compile; `model.scene` can add objects first.
+        A spec ready to compile; `simulator.scene` can add objects first.
 
     Raises:
         ValueError: `side` is neither `right` nor `left`.

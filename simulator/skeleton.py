@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Joint
-from model.appearance import PULLEY_RGBA, dress
-from model.geometry.elements import Box, HandGeometry, Link, Pulley, Quaternion
+from simulator.appearance import PULLEY_RGBA, dress
+from simulator.geometry.elements import Box, HandGeometry, Link, Pulley, Quaternion
 
 GRAVITY = 9.81
 """Gravity along -z, m/s²."""

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from aero.channels import Joint
 from aero.side import Side
 from aero.whole_file import whole
-from model.appearance import CABLE_RGBA, PULLEY_RGBA, Rgba
-from model.routed import build_routed
-from model.scene import CUBE, Cube, add_cube, add_light
+from simulator.appearance import CABLE_RGBA, PULLEY_RGBA, Rgba
+from simulator.routed import build_routed
+from simulator.scene import CUBE, Cube, add_cube, add_light
 
 Picture = NDArray[np.uint8]
 """RGB image, (height, width, 3)."""

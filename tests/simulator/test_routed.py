@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from aero.channels import Channel
-from model import build_routed
-from model.routed import COMMAND_RANGE
-from model.scene import CUBE, add_cube, add_light
+from simulator import build_routed
+from simulator.routed import COMMAND_RANGE
+from simulator.scene import CUBE, add_cube, add_light
 
 
 @pytest.fixture(scope="module")

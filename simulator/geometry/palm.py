@@ -4,7 +4,7 @@ Source: released tendon model `AeroCubeRotateZAxis` (MuJoCo Playground 0.2.0). P
 -y out of the palm, z towards the fingertips; the palm faces up, its fingers 20° below the horizontal.
 """
 
-from model.geometry.elements import Box, Guide, Link, Quaternion
+from simulator.geometry.elements import Box, Guide, Link, Quaternion
 
 _ACROSS: Quaternion = (-0.5, -0.5, -0.5, 0.5)
 

@@ -6,9 +6,9 @@ from typing import Any
 
 from aero.channels import Joint
 from aero.side import Side
-from model.geometry import finger, thumb
-from model.geometry.elements import HandGeometry
-from model.geometry.palm import mount
+from simulator.geometry import finger, thumb
+from simulator.geometry.elements import HandGeometry
+from simulator.geometry.palm import mount
 
 # The left hand is a reflection of the right one, because a second table could differ from the first by mistake. The
 # plane is x-z of the mount, the symmetry plane between the two hands. Every frame is reflected along its own y: in all

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from aero.channels import Channel, Joint
 from aero.side import Side
-from model.appearance import BONE_RGBA, Rgba
-from model.routed import TENDONS, build_routed
-from model.skeleton import COLLISION_GROUP, GUIDE_GROUP
+from simulator.appearance import BONE_RGBA, Rgba
+from simulator.routed import TENDONS, build_routed
+from simulator.skeleton import COLLISION_GROUP, GUIDE_GROUP
 
 Vector = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ import pytest
 
 from aero.actuation import ActuationMap, load_coefficients
 from aero.channels import Channel, Joint
-from model import build_routed
-from model.geometry import hand_geometry, reflect
-from model.geometry.winding import SPOOL_RADIUS, WINDING
+from simulator import build_routed
+from simulator.geometry import hand_geometry, reflect
+from simulator.geometry.winding import SPOOL_RADIUS, WINDING
 
 
 def test_every_joint_once_in_order():

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from aero.channels import FINGERS, Channel, Joint
-from model import RoutedHand, build_routed
-from model.geometry.winding import WINDING
+from simulator import RoutedHand, build_routed
+from simulator.geometry.winding import WINDING
 
 RELEASED_EXTREMES = {
     Channel.INDEX: (0.061587, 0.107522),

@@ -7,8 +7,8 @@ Source: released tendon model `AeroCubeRotateZAxis` (MuJoCo Playground 0.2.0); s
 from math import pi, radians
 
 from aero.channels import Joint
-from model.geometry.elements import Around, Box, Cable, Guide, Hinge, Inertia, Link, Pulley, Spring, Vector
-from model.geometry.finger import DISTAL_SPRING, X_AXIS
+from simulator.geometry.elements import Around, Box, Cable, Guide, Hinge, Inertia, Link, Pulley, Spring, Vector
+from simulator.geometry.finger import DISTAL_SPRING, X_AXIS
 
 Y_AXIS: Vector = (0.0, 1.0, 0.0)
 DAMPING = 0.02
