@@ -5,33 +5,24 @@ from dataclasses import replace
 from pathlib import Path
 
 import click
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 from rich.console import Console
 
 from aero.channels import Channel
 from aero.firmware import FIRMWARE
-from aero.protocol import MAX_CODE
 from aero.safety import unwinding
 from aero.whole_file import write_whole
 from hil.cli.exits import usage_errors
-from hil.cli.output_files import FOLDER, UNIT
+from hil.cli.output_files import UNIT
 from hil.dialogue.terminal import ProgressBar, print_columns
 from hil.dialogue.terminal import console as new_console
-from hil.report.matplotlib_svg import STYLE, svg_of
 from model.units.plausible import unit_named
-from train.cli.score_tables import score_tables
 from train.identification.calibration import Calibration, calibrate
-from train.identification.replay_score import FEWEST, PARTS, held_out_rms, score
+from train.identification.cross_validation import FEWEST, PARTS, held_out_rms
 from train.identification.search import pooled_rms
-from train.identification.trace import Trace, load_trace
-from train.identification.trace_replay import ReplayedTrace
+from train.identification.trace import load_trace
 from train.identification.unit_file import PHYSICAL_UNITS, unit_toml
 from train.identification.unit_parameters import numbers
-
-COMMAND, HAND, MODEL = "#777777", "#1f4e9c", "#c0392b"
-"""Plot colours of command (grey), recording (blue) and prediction (red)."""
 
 OPEN = " *"
 """Mark of an interval that the recordings do not constrain."""
@@ -42,7 +33,6 @@ OPEN = " *"
 @click.option("--out", required=True, type=UNIT, help="Unit file to write.")
 @click.option("--start", default="reference", show_default=True, help="Starting unit: name or .toml.")
 @click.option("--firmware", type=click.Choice(list(FIRMWARE)), help="Version; default: that of the recordings.")
-@click.option("--plots", type=FOLDER, help="Folder of plots, predicted and recorded.")
 @click.option("--jobs", type=click.IntRange(1, 1000), default=os.cpu_count() or 1, show_default=True, help="Processes.")
 def calibrate_command(
     *,
@@ -50,23 +40,19 @@ def calibrate_command(
     out: Path,
     start: str,
     firmware: str | None,
-    plots: Path | None,
     jobs: int,
 ) -> None:
     """Fit a unit to RECORDINGS (.mcap of `aero-hil record`, or .npz) of one right or left hand and write it to a file.
 
     Prints each fitted number with its 95 % interval, the fit error by channel, and the error on left-out recordings (or
-    parts, with fewer than three recordings). The last tables compare a replay of the whole chain with the recordings,
-    beside the hand's own repeatability, the lower bound for any unit. Numbers that the recordings do not determine keep
-    the starting unit's values. Ctrl-C and SIGTERM write the best unit so far.
+    parts, with fewer than three recordings). Numbers that the recordings do not determine keep the starting unit's
+    values. Ctrl-C and SIGTERM write the best unit so far.
     """
     console = new_console()
     with usage_errors():
         unit = unit_named(start)
         UNIT.prepared(out)
         unfinished = UNIT.prepared(out.with_name(f"{out.stem}.unfinished.toml"))
-        if plots is not None:
-            FOLDER.prepared(plots)
         traces = [load_trace(path) for path in recordings]
     with unwinding(), ProgressBar() as bar:
         task = bar.add_task("fitting", total=None)
@@ -89,14 +75,7 @@ def calibrate_command(
     found = replace(result.unit, unfinished=stopped is not None)
     write_whole(out, unit_toml(found, fitted_to, result.intervals, result.told))
     _print(console, result)
-    if stopped is None:
-        predictions = result.predictions()
-        if plots is not None:
-            for trace, prediction in zip(result.traces, predictions, strict=True):
-                write_whole(plots / f"{trace.name}.svg", trace_svg(trace, prediction))
-        for table in score_tables(score(result.traces, [[prediction] for prediction in predictions])):
-            console.print(table)
-    else:
+    if stopped is not None:
         console.print(f"the fit is unfinished; its intermediate result in {out} does not represent this hand")
         raise stopped
     if not result.arrived:
@@ -134,26 +113,3 @@ def _fitted(result: Calibration) -> dict[str, list[str]]:
             interval = f"{below:.3g} to {above:.3g}{'' if told else OPEN}"
             found[f"{field}{which}"] = [f"{value:.3g}", interval, PHYSICAL_UNITS[field]]
     return found
-
-
-def trace_svg(trace: Trace, prediction: ReplayedTrace) -> str:
-    """Draw seven channels: command dashed grey, recording dotted blue, prediction red; currents in the right column."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(11.0, 15.0), layout="constrained")
-        axes = figure.subplots(len(Channel), 2, sharex=True)
-        goals = trace.codes * trace.spans_counts / MAX_CODE
-        for channel, (left, right) in zip(Channel, axes, strict=True):
-            left.plot(trace.t_command, goals[:, channel], "--", color=COMMAND, drawstyle="steps-post", label="command")
-            left.plot(trace.t_read, trace.counts[:, channel], ".-", color=HAND, markersize=3, label="recorded")
-            left.plot(trace.t_read, prediction.counts[:, channel], "-", color=MODEL, label="predicted")
-            right.plot(trace.t_read, trace.currents[:, channel], ".-", color=HAND, markersize=3)
-            right.plot(trace.t_read, prediction.currents[:, channel], "-", color=MODEL)
-            error = np.sqrt(np.mean((prediction.counts - trace.counts)[:, channel] ** 2))
-            left.set_ylabel("counts")
-            left.set_title(f"{channel.title}, {error:.1f} counts rms", loc="left")
-            right.set_ylabel("A")
-        axes[0, 0].legend(loc="best", frameon=False)
-        for axis in axes[-1]:
-            axis.set_xlabel("s")
-        figure.suptitle(trace.name)
-    return svg_of(figure)

@@ -84,17 +84,13 @@ SCALE = {"finger_travel_m_s": 1e3}
     help="Hands: cable-length correction; `wrong` is the exact one with a random error of 0.5 mm per cable.",
 )  # fmt: skip
 @click.option(
-    "--twins", type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Hands: folder of unit files SEED.toml of `aero-hil calibrate` for these hands.",
-)  # fmt: skip
-@click.option(
     "--cube", "cube_size", type=(Finite(20.0, 100.0), Finite(1.0, 1000.0), Finite(0.05, 2.0)), metavar="MM G FRICTION",
     default=(1e3 * CUBE.side_m, 1e3 * CUBE.mass_kg, CUBE.friction), show_default=True,
     help="With --as: side, mass and friction of the cube; the contact friction is at least the hand's 0.2.",
 )  # fmt: skip
 @click.option(
     "--out", type=FOLDER, default=Path("evaluation"), show_default=True,
-    help="Folder of evaluation.json and the picture.",
+    help="Folder of evaluation.json.",
 )  # fmt: skip
 @click.pass_context
 def evaluate(
@@ -108,7 +104,6 @@ def evaluate(
     episodes: int,
     units: int,
     correct: str,
-    twins: Path | None,
     cube_size: tuple[float, float, float],
     out: Path,
 ) -> None:
@@ -118,7 +113,7 @@ def evaluate(
     """
     console = new_console(width=None if sys.stdout.isatty() else WIDTH)
     seed = int(np.random.default_rng().integers(FRESH_SEEDS)) if seed is None else seed
-    decided = ("cube_size",) if deployment_name is None else ("correct", "twins")
+    decided = ("cube_size",) if deployment_name is None else ("correct",)
     if given := [name for name in decided if context.get_parameter_source(name) is not ParameterSource.DEFAULT]:
         options = ", ".join(option.opts[0] for option in context.command.params if option.name in given)
         raise click.UsageError(f"{options} cannot be used {'without' if deployment_name is None else 'with'} --as")
@@ -131,7 +126,7 @@ def evaluate(
         if "hands" in backends and deployment:
             cases = deployment.cases(policy, units, seconds=seconds, seed=seed, cube=cube)
         elif "hands" in backends:
-            cases = over_hands(policy, units, seconds=seconds, seed=seed, correct=correct, twins=twins)
+            cases = over_hands(policy, units, seconds=seconds, seed=seed, correct=correct)
         _check_fit(policy, backends, cases)
     console.print(f"seed {seed}")
     results: dict[str, dict[str, dict[str, float]]] = {}
@@ -148,9 +143,7 @@ def evaluate(
                 rows = beside_a_deployment(policy, settings, episodes, seconds=seconds, seed=seed, cube=cube)
                 results["simulation"] = {name: one.summary() for name, one in rows.items()}
             elif "simulation" in backends:
-                results["simulation"] = measure(
-                    policy, episodes, seconds=seconds, seed=seed, picture=out / "delay.png", progress=show
-                )
+                results["simulation"] = measure(policy, episodes, seconds=seconds, seed=seed, progress=show)
             if cases:
                 run_trials(policy, cases, made, show)
     finally:  # write finished trials, whatever the ending

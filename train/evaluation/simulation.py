@@ -2,14 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-
-import numpy as np
-from matplotlib.figure import Figure
 
 from aero.policy.file import Policy
 from aero.policy.settings import PAPER_DEPLOYMENT, PolicySettings
-from aero.whole_file import whole
 from simulator.scene import CUBE, Cube
 from train.actuation import BUS, ActuationRanges
 from train.evaluation.rollouts import Episodes, run, task_of
@@ -45,15 +40,14 @@ def conditions(policy: Policy) -> dict[str, Task]:
 
 
 def measure(
-    policy: Policy, episodes: int, *, seconds: float, seed: int, picture: Path, progress: Callable[[float, str], None]
+    policy: Policy, episodes: int, *, seconds: float, seed: int, progress: Callable[[float, str], None]
 ) -> Figures:
-    """Measure under every condition and on built hands with the paper's cube, and draw the delay sweep to `picture`."""
+    """Measure under every condition and on built hands with the paper's cube."""
     cases, found = conditions(policy), {}
     with Simulator([build_scene(policy.settings.torque_limit).compile()] * episodes) as batch:
         for done, (name, task) in enumerate(cases.items()):
             progress(done / (len(cases) + 1), name)
             found[name] = run(policy, task, batch, seconds, seed)
-    _draw_delays([found[_name(SERVO_LAG_S, delay_s)] for delay_s in SWEEP_DELAYS_S], picture)
     progress(len(cases) / (len(cases) + 1), BUILT)
     with HandStock(BUILT_STAGE, policy.settings, (seed,), training=False).batch(range(episodes)) as batch:
         found[BUILT] = run(policy, replace(task_of(policy), actuation=BUILT_STAGE.actuation), batch, seconds, seed)
@@ -73,26 +67,6 @@ def beside_a_deployment(
     }
     with Simulator([build_scene(policy.settings.torque_limit, cube).compile()] * episodes) as batch:
         return {name: run(policy, task, batch, seconds, seed) for name, task in tasks.items()}
-
-
-def _draw_delays(episodes: list[Episodes], path: Path) -> None:
-    """Draw the rate (mean and quartiles) and the survival over `SWEEP_DELAYS_S`."""
-    figure = Figure(figsize=(6, 4.5), layout="constrained")
-    rate, survival = figure.subplots(2, 1, sharex=True)
-    delays_ms = 1e3 * np.array(SWEEP_DELAYS_S)
-    rates = [one.rate_rad_s for one in episodes]
-    rate.fill_between(delays_ms, *np.percentile(rates, [25, 75], axis=1), alpha=0.25, linewidth=0, label="quartiles")
-    rate.plot(delays_ms, np.mean(rates, axis=1), marker="o", label="mean")
-    rate.axhline(0.0, color="black", linewidth=0.6)
-    rate.set_ylabel("rate, rad/s")
-    rate.legend(frameon=False)
-    survival.plot(delays_ms, [one.kept.mean() for one in episodes], marker="o")
-    survival.set_ylim(-0.02, 1.02)
-    survival.set_ylabel("share that keeps the cube")
-    survival.set_xlabel("delay, ms")
-    figure.suptitle(f"Plain MuJoCo behind a servo of {1e3 * SERVO_LAG_S:.0f} ms lag", fontsize="medium")
-    with whole(path) as draft:
-        figure.savefig(draft, dpi=120)
 
 
 def _servo(lag_s: float, delay_s: float) -> ActuationRanges:

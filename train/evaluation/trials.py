@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from importlib.resources import files
 from math import nan
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -63,7 +62,6 @@ def over_hands(
     seconds: float,
     seed: int,
     correct: str = TYPICAL,
-    twins: Path | None = None,
 ) -> list[Case]:
     """Return a trial of a random cube on each of `hands` fresh hands, right and left in turn.
 
@@ -74,28 +72,17 @@ def over_hands(
         seed: seed of the first hand and its cube; the others follow by one each.
         correct: cable correction, one of `CORRECTIONS`: typical, the hand's own, none, or the hand's own with an error
             of `WRONG_M` per cable.
-        twins: folder of unit files `SEED.toml` fitted to recordings of these hands (`aero-hil calibrate`). Their
-            corrections replace `correct`; hands without a file are skipped.
-
-    Raises:
-        ValueError: `twins` has no file of these hands.
     """
     made = []
     for k in range(hands):
         number = seed + k
         unit, cube = f"{PLAUSIBLE}{number}", any_cube(np.random.default_rng((number, CUBE_STREAM)))
-        if twins is not None and not (twins / f"{number}.toml").exists():
-            continue
-        own = unit if twins is None else str(twins / f"{number}.toml")
-        known = twins is not None or correct in (EXACT, WRONG)
-        row = named_correction(own if known else correct, policy.settings)
-        if correct == WRONG and twins is None:
+        row = named_correction(unit if correct in (EXACT, WRONG) else correct, policy.settings)
+        if correct == WRONG:
             error = np.random.default_rng((number, WRONG_STREAM)).standard_normal(len(Channel))
             row = row + WRONG_M * error * np.isin(np.arange(len(Channel)), CABLES)
         spec = EmulatedSpec(unit=unit, seed=number, side=SIDES[k % len(SIDES)], guarded=True, cube=cube)
         made.append(Case(ANY_CUBE, spec, RunSettings(seconds=seconds, correction=tuple(row.tolist()))))
-    if not made:
-        raise ValueError(f"{twins} has no {seed}.toml, nor the unit file of another hand of this evaluation")
     return made
 
 

@@ -11,7 +11,7 @@ from aero.firmware import DEFAULT_FIRMWARE
 from aero.floats import Floats
 from hil.recordings.errors import UnusableFileError
 from model.units import Unit
-from train.identification.replay_score import held_out
+from train.identification.cross_validation import held_out
 from train.identification.search import (
     EVALUATIONS,
     Found,
@@ -24,7 +24,6 @@ from train.identification.search import (
     without_rounding,
 )
 from train.identification.trace import Trace
-from train.identification.trace_replay import ReplayedTrace, replay
 from train.identification.uncertainty import (
     Intervals,
     covariance,
@@ -78,13 +77,6 @@ class Calibration:
     def channel_rms(self) -> Floats:
         """Return the fit's error by trace and channel, (traces, 7) counts rms, each trace at its fitted phase."""
         return np.array([np.sqrt(np.mean(r**2, axis=0)) for r in self.found.residuals])
-
-    def predictions(self) -> tuple[ReplayedTrace, ...]:
-        """Return the fitted unit's prediction of each trace."""
-        return tuple(
-            replay(trace, self.unit, firmware=self.firmware, side=trace.side, phase_s=phase)
-            for trace, phase in zip(self.traces, self.found.phases_s, strict=True)
-        )
 
 
 def calibrate(

@@ -65,13 +65,13 @@ def made(tmp_path_factory):
     program = folder / "program"
     program.write_bytes(b"\x7fELF\x02\x01\x01" + bytes(200))
     program.chmod(0o755)
-    (folder / "twins").mkdir()
+    (folder / "library").mkdir()
     return {
         "recording": recording, "recordings": recording, "runs": recording, "others": recording, "source": recording,
         "policy_name": weights, "parameters": weights, "checkpoint": folder / "a.pkl", "unit": unit, "start": unit,
         "correction_name": unit, "firmware_program": program, "first": program, "second": program, "port": program,
         "target_name": program, "baseline": run, "results": run, "folders": run, "folder": run,
-        "twins": folder / "twins", "library": folder / "twins", "hand": "x",
+        "library": folder / "library", "hand": "x",
     }  # fmt: skip
 
 

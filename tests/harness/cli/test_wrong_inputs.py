@@ -75,7 +75,6 @@ FOLDER_WRITERS = (
     "validate --only presence --out WRONG",
     "evaluate --on simulation --episodes 1 --seconds 0.1 --out WRONG",
     "train --steps 1 --out WRONG",
-    "calibrate RECORDING --out OUT.toml --plots WRONG",
     "baseline RESULTS WRONG",
     "guard /dev/ttyNoSuchHand --black-box WRONG",
 )

@@ -1,9 +1,8 @@
-"""Tables of `evaluate` and `calibrate` on terminals of any width, and what `evaluate` leaves."""
+"""Tables of `evaluate` on terminals of any width, and what it leaves."""
 
 import io
 import json
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 from policies import policy
@@ -13,15 +12,10 @@ from aero.policy.file import save
 from hil.cli import main
 from hil.dialogue.terminal import print_columns
 from train.cli.evaluate import FIGURES, print_figures
-from train.cli.score_tables import score_tables
-from train.identification.replay_score import Errors, ReplayScore
 
 ROW = dict.fromkeys(FIGURES, 0.875) | {"rate_rad_s_low": 0.51, "rate_rad_s_high": 0.97, "survival_low": 0.81}
 ROW |= {"survival_high": 0.93}
-ERRORS = Errors(np.full(7, 12.3456), np.array([0.0, 0.4999, *[np.nan] * 5]), np.full(7, 10.04))
-SCORE = ReplayScore((("run_10_hardware01_u_trace_replay", ERRORS),), ERRORS, ERRORS)
 TABLES = {
-    "score": (lambda console: [console.print(table) for table in score_tables(SCORE)]),
     "figures": (lambda console: print_figures(console, "hands", {"any cube on any hand": ROW, "lag 25 ms": ROW})),
     "long name": (lambda console: print_columns(console, "", ["rad/s"], {"name " * 30: ["0.123 to 0.456"]})),
 }
@@ -56,11 +50,10 @@ def evaluated(folder, line):
 
 
 @pytest.mark.slow
-def test_evaluate_leaves_figures_and_the_picture(tmp_path):
+def test_evaluate_leaves_figures(tmp_path):
     report, _ = evaluated(tmp_path, "--episodes 2 --units 2")
     assert set(report["results"]) == {"simulation", "hands"}
     assert report["results"]["hands"]["any cube on any hand"]["episodes"] == 2.0
-    assert [path.name for path in (tmp_path / "out").glob("*.png")] == ["delay.png"]
 
 
 def test_a_deployment_is_run_and_printed_beside_what_a_hand_did(tmp_path):

@@ -48,15 +48,6 @@ def test_a_correction_is_typical_or_exact_or_none_or_half_a_millimetre_wrong():
         assert not none[seed].any()
 
 
-def test_a_hand_is_corrected_by_its_unit_file_and_left_out_without_one(tmp_path):
-    (tmp_path / "6.toml").write_text('description = "a hand as the default one"\n')
-    measured = corrections(twins=tmp_path)
-    assert list(measured) == [6]
-    assert not np.allclose(measured[6], corrections()[6], atol=1e-5)
-    with pytest.raises(ValueError, match=r"5\.toml"):
-        over_hands(holding(), 1, seconds=15.0, seed=5, twins=tmp_path)
-
-
 def test_what_trials_came_to_has_intervals(one):
     """Of 18 of 20, Wilson's interval is 69.9 to 97.2 %; that of a mean is about two standard errors to each side."""
     rates = np.random.default_rng(0).normal(0.5, 0.1, 20)

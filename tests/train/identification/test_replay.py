@@ -17,8 +17,8 @@ from hil.emulated.emulated_spec import EmulatedSpec
 from hil.recordings.recorder import Recorder
 from model.units import load_unit
 from train.identification.calibration import calibrate
+from train.identification.cross_validation import held_out_rms
 from train.identification.excitation import Excitation, play
-from train.identification.replay_score import held_out_rms
 from train.identification.search import pooled_rms, search
 from train.identification.trace import Trace, closing_current_sign
 from train.identification.trace_replay import READ, replay

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aero.channels import Channel
-from train.identification.replay_score import PARTS, held_out
+from train.identification.cross_validation import PARTS, held_out
 from train.identification.search import (
     EVALUATIONS,
     NOISE_COUNTS,
