@@ -41,7 +41,7 @@ OPTIONS = PluginOptions("aero-hil", "Aero Hand Open", taken=pytest.StashKey[list
         "name in hands.toml",
     },
     "hil-firmware": {"metavar": "VERSION", "help": "firmware of the hand (default: of hands.toml, else 0.2.0)"},
-    "hil-hand": {"choices": ("right", "left"), "help": "side (default: of hands.toml, else right)"},
+    "hil-side": {"choices": ("right", "left"), "help": "side (default: of hands.toml, else right)"},
     "hil-unit": {"metavar": "UNIT", "help": "emulated unit: shipped name or .toml (default reference)"},
     "hil-still": {"action": "store_true", "help": "skip tests that move the hand"},
     "hil-homing": {"action": "store_true", "help": "also run tests that home a hand in real time"},

@@ -58,7 +58,7 @@ TO_THE_OPEN_END = Number(
 @click.command("centre")
 @click.argument("channels", nargs=-1, required=True, type=click.Choice(LABELS))
 @click.option("--hil", "place", default="emulated", show_default=True, help="Port of the hand, or `emulated`.")
-@click.option("--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True)
+@click.option("--side", type=click.Choice(["right", "left"]), default="right", show_default=True)
 @click.option("--firmware", default="main", show_default=True)
 def centre(*, place: str, side: Side, firmware: str, channels: tuple[str, ...]) -> None:
     """Centre CHANNELS of a hand that runs firmware `main`, one after the other: CALIBRATE_MID, then TRIM.

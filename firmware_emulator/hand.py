@@ -1,7 +1,6 @@
 """Emulated hand: a plant, seven servos on a bus, and the board, on one clock."""
 
 import math
-import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal, get_args
@@ -9,7 +8,7 @@ from typing import Literal, get_args
 from firmware_emulator.firmware import setup_and_loop
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.frames import to_word
-from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
+from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, Side
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import DEFAULT_VERSION, profile_of
 from firmware_emulator.firmware.setup_and_loop import rom_text
@@ -31,7 +30,7 @@ SETTLE_S = 1.0
 """Settling time after homing, before the first command to a hand that starts homed, s."""
 
 
-def ideal_zeros(side: HandSide) -> tuple[float, ...]:
+def ideal_zeros(side: Side) -> tuple[float, ...]:
     """Return the encoder readings of an ideal homed hand at shaft angle zero, (7,) counts by servo ID."""
     config = HANDS[side]
     return tuple(
@@ -48,7 +47,7 @@ class EmulatedHand:
         plant: Plant,
         *,
         firmware: str = DEFAULT_VERSION,
-        side: HandSide = "right",
+        side: Side = "right",
         servos: ServoParameters = HLS3606M,
         seed: int = 0,
         start: Start = "homed",
@@ -56,7 +55,6 @@ class EmulatedHand:
         encoder_zeros: Sequence[float] | None = None,
         host_latency_s: float = 0.0002,
         program: Path | None = None,
-        hand: HandSide | None = None,
     ) -> None:
         """Connect the electronics to a plant at time zero.
 
@@ -75,15 +73,11 @@ class EmulatedHand:
             host_latency_s: delay between a host write and its arrival at the firmware, s (assumption).
             program: executable of `aero-hil firmware build`, run instead of the emulated firmware; `firmware` and
                 `side` then name the source of the build.
-            hand: former name of `side`.
 
         Raises:
-            ValueError: an unknown firmware, hand or start, or a wrong number of encoder zeros.
+            ValueError: an unknown firmware, side or start, or a wrong number of encoder zeros.
             FirmwareProgramError: the program does not start or does not home.
         """
-        if hand is not None:
-            warnings.warn("EmulatedHand(hand=...) is now EmulatedHand(side=...)", DeprecationWarning, stacklevel=2)
-            side = hand
         if side not in HANDS:
             raise ValueError(f"side must be one of {', '.join(HANDS)}, got {side!r}")
         if start not in get_args(Start):
@@ -145,7 +139,7 @@ class EmulatedHand:
         else:
             self.board.start(setup_and_loop.run(self.board, cause))
 
-    def flash(self, firmware: str, side: HandSide) -> None:
+    def flash(self, firmware: str, side: Side) -> None:
         """Replace the emulated firmware version and its side, and restart the board."""
         self._profile, self._config = profile_of(firmware), HANDS[side]
         self.reset()

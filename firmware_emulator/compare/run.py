@@ -11,7 +11,7 @@ from typing import Any
 
 from firmware_emulator.bench import Bench, BenchShaft
 from firmware_emulator.compare.sessions import Await, Damage, Heat, Reset, Send, Servos, Session, Step, Wait
-from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, HandSide
+from firmware_emulator.firmware.hands import EXTEND_ANGLE_DEG, HANDS, SERVOS, SHAFT_OF_SERVO, Side
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.firmware.profiles import DEFAULT_VERSION, PROFILES
 from firmware_emulator.hand import EmulatedHand
@@ -28,14 +28,14 @@ HOST, BUS, STORE = "host", "servo bus", "storage"
 class Contender:
     """Firmware to compare: an emulated version, or a program."""
 
-    side: HandSide
+    side: Side
     version: str = DEFAULT_VERSION
     program: Path | None = None
     servos: ServoParameters = HLS3606M
     """Parameters of the emulated servos that the firmware drives."""
 
 
-def contender(name: str, side: HandSide) -> Contender:
+def contender(name: str, side: Side) -> Contender:
     """Return the firmware named by a version or by the path of a program.
 
     Raises:
@@ -167,7 +167,7 @@ class Stage:
             yield self.electronics.kernel.now + SAMPLE_S
 
 
-def stopped_shafts(side: HandSide) -> Bench:
+def stopped_shafts(side: Side) -> Bench:
     """Return seven bare shafts with the end stops of the hand's channels."""
     config = HANDS[side]
     shafts = [BenchShaft()] * len(SERVOS)

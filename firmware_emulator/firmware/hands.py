@@ -6,7 +6,7 @@ Source: aero-open-firmware d7bd82e, `HandConfig.h`; unchanged up to v0.2.0.
 from dataclasses import dataclass
 from typing import Literal
 
-HandSide = Literal["right", "left"]
+Side = Literal["right", "left"]
 
 SHAFT_OF_SERVO = (4, 5, 6, 0, 1, 2, 3)
 """Shaft (command order) of each servo ID: thumb abduction, CMC flexion, flexor, index, middle, ring, pinky."""
@@ -30,7 +30,7 @@ class HandConfig:
     """Direction sign, used only by homing and the boot text."""
 
 
-HANDS: dict[HandSide, HandConfig] = {
+HANDS: dict[Side, HandConfig] = {
     "right": HandConfig(
         "RIGHT_HAND",
         (2048, 3231, 1115, 3278, 3278, 3278, 3278),

@@ -38,7 +38,7 @@ WORDS = "`resume` accepts commands again after a stop; `status` says how long th
 @click.argument("port")
 @click.option("--link", type=LINK, help="Make PATH a symbolic link to the terminal.")
 @click.option("--firmware", type=click.Choice(FIRMWARE), help="Version on the hand; no board reports it.")
-@click.option("--hand", "side", type=SIDE, help="Side of the hand.")
+@click.option("--side", type=SIDE, help="Side of the hand.")
 @click.option("--resume-with-next", is_flag=True, help="Resume after a stop with the next client instead of `resume`.")
 @click.option(
     "--black-box", type=FOLDER, default="stops", show_default=True,

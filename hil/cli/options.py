@@ -157,7 +157,7 @@ def emulation(command: AnyFunction) -> AnyFunction:
         click.option(
             "--firmware", type=click.Choice(FIRMWARE), default=DEFAULT_FIRMWARE, show_default=True, help="Version."
         ),
-        click.option("--hand", "side", type=SIDE, default="right", show_default=True, help="Side of the hand."),
+        click.option("--side", type=SIDE, default="right", show_default=True, help="Side of the hand."),
         click.option("--unit", default="reference", show_default=True, help="Unit: name, plausible:SEED or .toml."),
         click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the emulated hand's noise."),
     )

@@ -75,7 +75,7 @@ def resend(recording: Recording, target: Target) -> Recording:
     header = dataclasses.replace(
         recording.header,
         target=target.port,
-        hand=target.side,
+        side=target.side,
         firmware=target.firmware,
         unit=target.unit,
         seed=target.seed,
@@ -143,7 +143,7 @@ def replay(*, recording: Path, target_name: str, firmware: str | None, unit: str
         spec = named_spec(
             target_name,
             firmware=firmware or said.get("firmware", header.firmware),
-            side=said.get("side", header.hand),
+            side=said.get("side", header.side),
             unit=unit or _unit(header),
             seed=header.seed,
         )

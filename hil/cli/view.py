@@ -46,7 +46,7 @@ def view(*, recording: Path | None, port: str | None) -> None:
     header = recorded.header
     with judging(recording):
         shown = frames(recorded)
-        page = Page(Heading(_title(header), header.hand, live=False))
+        page = Page(Heading(_title(header), header.side, live=False))
     for frame in shown:
         page.show(frame)
     for event in recorded.events:
@@ -65,7 +65,7 @@ def view(*, recording: Path | None, port: str | None) -> None:
 
 def _title(header: Header) -> str:
     words = hand_words(
-        header.hand, header.target, header.firmware, unit=header.unit, seed=header.seed, hand_id=header.hand_id,
+        header.side, header.target, header.firmware, unit=header.unit, seed=header.seed, hand_id=header.hand_id,
         wrong=header.faults,
     )  # fmt: skip
     when = f", {header.started[:19].replace('T', ' ')}" if header.started else ""

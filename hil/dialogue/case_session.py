@@ -130,8 +130,8 @@ class CaseSession:
     def _again(self) -> str:
         """Shell command that validates the hand once more, with placeholders for what was named wrongly."""
         spec, wrong = self._hand.spec, not self.case.gone and any(mode.of_hand for mode in self.case.shown)
-        named = ["--firmware", "VERSION", "--hand", "SIDE"] if wrong else ["--firmware", spec.firmware]
-        side = ["--hand", spec.side] if spec.side == "left" and not wrong else []
+        named = ["--firmware", "VERSION", "--side", "SIDE"] if wrong else ["--firmware", spec.firmware]
+        side = ["--side", spec.side] if spec.side == "left" and not wrong else []
         return shlex.join(["aero-hil", "validate", "--hil", called(spec.port, spec.hand_id), *named, *side])
 
     @property

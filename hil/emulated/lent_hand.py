@@ -37,7 +37,7 @@ def chosen(option: Any, faults: Sequence[str] = ()) -> PortSpec:
     return named_spec(
         option.aero_hil,
         firmware=option.aero_hil_firmware,
-        side=option.aero_hil_hand,
+        side=option.aero_hil_side,
         unit=option.aero_hil_unit,
         seed=option.aero_hil_seed,
         faults=faults,
@@ -206,7 +206,7 @@ def properties(target: Target, commit: str) -> list[tuple[str, Any]]:
     """Return the JUnit properties that describe a hand and the commit of aero-hil."""
     known = {
         "target": target.port,
-        "hand": target.side,
+        "side": target.side,
         "firmware": target.firmware,
         "map": target.map.coefficients.name,
         "window": target.map.window.name,

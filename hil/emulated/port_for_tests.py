@@ -58,7 +58,7 @@ def lent_port(spec: PortSpec, refuse: Callable[[str], Any], folder: Path) -> Ite
         with serve_in_child(spec, observed=True) as (_, port):
             yield port
         return
-    options = ["--firmware", spec.firmware, "--hand", spec.side, "--resume-with-next", "--black-box", str(folder)]
+    options = ["--firmware", spec.firmware, "--side", spec.side, "--resume-with-next", "--black-box", str(folder)]
     child = ChildProcess([sys.executable, "-P", "-m", "hil.cli", "guard", spec.port, *options], "the guard")
     try:
         yield GuardedPort(child.wait_ready(START_S), refuse)

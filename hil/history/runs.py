@@ -112,8 +112,8 @@ def of_hand(runs: Iterable[HandRun], hand: str) -> tuple[list[HandRun], list[Ref
         for run in unnamed
         if run.header.serial_number in others
     ]
-    wrong = [run for run in chosen if run.header.hand != chosen[-1].header.hand]
-    doubtful += [Refused(run.folder, f"of a {run.header.hand} hand, unlike the latest run") for run in wrong]
+    wrong = [run for run in chosen if run.header.side != chosen[-1].header.side]
+    doubtful += [Refused(run.folder, f"of a {run.header.side} hand, unlike the latest run") for run in wrong]
     return [run for run in chosen if run not in wrong], doubtful
 
 

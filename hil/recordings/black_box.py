@@ -43,7 +43,7 @@ class BlackBox:
         self._folder, self._clock = folder, clock
         self._records: deque[WireRecord] = deque()
         self._about: dict[str, Any] = {
-            "experiment": SESSION, "target": target, "hand": side, "firmware": firmware, "unit": unit, "seed": 0,
+            "experiment": SESSION, "target": target, "side": side, "firmware": firmware, "unit": unit, "seed": 0,
             "map": codec.coefficients.name, "window": codec.window.name, "hand_id": hand_id,
         }  # fmt: skip
 

@@ -362,7 +362,7 @@ def _header(record: Metadata, path: Path) -> Header:
     if abs(epoch_ns(header)) >= FARTHEST_NS:
         raise ValueError(f"its header.started is {header.started}")
     try:
-        CommandWindow.for_firmware(header.firmware, header.window, header.hand)
+        CommandWindow.for_firmware(header.firmware, header.window, header.side)
     except ValueError as error:
         raise UnusableFileError(f"{path}: {error}; a newer version of aero-hil may have written it") from error
     return header

@@ -218,7 +218,7 @@ class Recorder:
         return Header(
             experiment=self._experiment,
             target=target.port,
-            hand=target.side,
+            side=target.side,
             firmware=target.firmware,
             map=target.map.coefficients.name,
             window=target.map.window.name,

@@ -32,7 +32,7 @@ class Header:
     """Name of the experiment, for example `staircase`."""
     target: str
     """Value of `--hil`: `emulated`, `pty`, a path or a pyserial URL."""
-    hand: Side
+    side: Side
     """`right` or `left`."""
     firmware: str
     """Declared firmware version; selects map and limits."""

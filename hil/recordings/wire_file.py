@@ -75,7 +75,7 @@ class WireFile:
         self._header = Header(
             experiment=SESSION,
             target=target,
-            hand=side,
+            side=side,
             firmware=firmware,
             map=codec.coefficients.name,
             window=codec.window.name,

@@ -73,7 +73,7 @@ def beside_text(first: Recording, second: Recording) -> Iterator[Text | Table]:
     """
     found = difference(first, second)
     for which, header in (("first", first.header), ("second", second.header)):
-        words = hand_words(header.hand, header.target, header.firmware, unit=header.unit, seed=header.seed)
+        words = hand_words(header.side, header.target, header.firmware, unit=header.unit, seed=header.seed)
         yield Text(f"{which:7} {header.experiment}, {words}")
     shown = Table("Channel", "rms", "mean", "worst", box=SIMPLE_HEAD, title="Encoders, second less first, % of window")
     for channel, row in found.items():

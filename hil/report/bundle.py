@@ -39,7 +39,7 @@ FORMAT = 2
 LEAST_ROOM, MOST_TIMES = 2**21, 2
 """Limit of the unpacked size of a bundle: the larger of 2 MiB and twice the file size; recordings are compressed."""
 KEPT = {
-    "experiment", "hand", "firmware", "map", "window", "seed", "safety", "commit", "started", "duration_s", "finished",
+    "experiment", "side", "firmware", "map", "window", "seed", "safety", "commit", "started", "duration_s", "finished",
 }  # fmt: skip
 """Fields of a header that are kept as they are; their values are numbers, dates or of a fixed vocabulary."""
 FREE_TEXT = {"note", "answers", "hand_id", "serial_number", "unit", "target", "command", "baseline", "firmware_program"}

@@ -28,7 +28,7 @@ def write_film(recording: Recording, path: Path) -> None:
         raise UnusableFileError("a film shows an emulated hand with its cube, which this recording does not hold")
     period_s = float(np.median(np.diff(posture.times))) if len(posture.times) > 1 else 1.0 / FRAMES_PER_S
     every = max(1, round(1.0 / (FRAMES_PER_S * period_s)))
-    drawn = [Image.fromarray(picture) for picture in frames(posture.values[::every], recording.header.hand)]
+    drawn = [Image.fromarray(picture) for picture in frames(posture.values[::every], recording.header.side)]
     palette = drawn[len(drawn) // 2].quantize(COLOURS, dither=Image.Dither.NONE)
     first, *others = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn)
     with whole(path) as draft:

@@ -90,7 +90,7 @@ def _recorded(recording: Recording) -> Iterator[TimedEntry]:
 def _added(recording: Recording) -> Iterator[TimedEntry]:
     """Yield the additional entries for Foxglove's panels."""
     header = recording.header
-    at, posed = _timestamp(header, 0.0), PosedHand(header.hand)
+    at, posed = _timestamp(header, 0.0), PosedHand(header.side)
     yield _entry("/hand/scene", 0.0, scene(posed, at))
     yield _entry("/hand/frames", 0.0, frames(posed, np.zeros(len(Joint)), at))
     for topic, series in (("/joints/measured", "codes"), ("/joints/commanded", "command_codes")):

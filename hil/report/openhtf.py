@@ -56,7 +56,7 @@ def openhtf_record(validation: Validation) -> dict[str, Any]:
         "metadata": {
             "test_name": "aero-hil validate",
             "test_version": header.commit,
-            "config": {"firmware": header.firmware, "hand": header.hand, "target": header.target, "unit": header.unit},
+            "config": {"firmware": header.firmware, "side": header.side, "target": header.target, "unit": header.unit},
         },
         "phases": phases,
         **{name: [] for name in ("subtests", "branches", "diagnosers", "diagnoses")},

@@ -63,7 +63,7 @@ def metrics_json(validation: Validation) -> dict[str, object] | None:
         "format": FORMAT,
         "target": header.target,
         "firmware": header.firmware,
-        "hand": header.hand,
+        "side": header.side,
         "seed": header.seed,
         "hand_seconds": float(result.recording["codes"].times[-1]),
         "wall_seconds": validation.wall_seconds,

@@ -23,7 +23,7 @@ FIELDS = {"hand", "passed", "not_run", "counts", "measured", "findings", "diagno
 """Fields of `checks.json`."""
 
 
-SAME = ("hand", "firmware", "unit", "hand_id")
+SAME = ("side", "firmware", "unit", "hand_id")
 """Header fields that identify the hand of a baseline and a run; an empty field is unknown."""
 
 

@@ -56,7 +56,7 @@ class HandOfCase:
     def of(cls, header: Header) -> Self:
         """Return the hand of a recording."""
         return cls(
-            header.firmware, header.hand, header.hand_id, header.serial_number, header.unit, seed=header.seed,
+            header.firmware, header.side, header.hand_id, header.serial_number, header.unit, seed=header.seed,
             faults=header.faults,
         )  # fmt: skip
 

@@ -68,7 +68,7 @@ def validate(
     start = time.perf_counter()
     judge, before = Judge.of_target(target), None if baseline is None else load(baseline)
     if before is not None:
-        identity = {"hand": target.side, "firmware": target.firmware, "unit": target.unit, "hand_id": target.hand_id}
+        identity = {"side": target.side, "firmware": target.firmware, "unit": target.unit, "hand_id": target.hand_id}
         before.require_same(identity)
     left_out = tuple(name for name in names if EXPERIMENTS[name].pushes_at_stops and not target.may_push_at_stops)
     chosen = [name for name in names if name not in left_out]
@@ -159,7 +159,7 @@ def _own_limits(target: Target) -> Iterator[Callable[[], None]]:
                     (hand.set_speed if opcode is Opcode.SET_SPE else hand.set_torque)(channel, value)
 
 
-ONE_HAND = ("hand", "firmware", "window", "unit", "hand_id", "faults")
+ONE_HAND = ("side", "firmware", "window", "unit", "hand_id", "faults")
 """Header fields that must agree between recordings of one hand; an empty field is unknown."""
 
 

@@ -94,7 +94,7 @@ def frames(recording: Recording) -> list[ViewFrame]:
     header = recording.header
     if header.map not in SHIPPED:  # a file path in a recording is untrusted and not opened
         raise UnusableFileError(f"it was made with the coefficients {header.map!r}; shipped are {', '.join(SHIPPED)}")
-    codec = ActuationMap.for_firmware(header.firmware, header.window, side=header.hand, coefficients=header.map)
+    codec = ActuationMap.for_firmware(header.firmware, header.window, side=header.side, coefficients=header.map)
     source = WireSource(codec)
     found: list[ViewFrame] = []
     due = 0.0

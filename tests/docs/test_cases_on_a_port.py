@@ -53,7 +53,7 @@ def test_a_version_that_was_named_wrongly(tmp_path):
     found, code, said = case_of(tmp_path, "--firmware", "0.1.5", only=PALM)
     assert (found, code) == (Exit.OUT_OF_LIMITS, Exit.OUT_OF_LIMITS)
     assert "Nothing is broken: name the version and side that are on the board, by --firmware" in said
-    assert "--firmware VERSION --hand SIDE" in said
+    assert "--firmware VERSION --side SIDE" in said
 
 
 def test_a_usb_adapter_that_stalls(tmp_path):

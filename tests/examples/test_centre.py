@@ -13,7 +13,7 @@ def run(*arguments, typed=""):
 
 @pytest.mark.parametrize(("side", "open_end"), [("right", 3278 + 56), ("left", 817 - 56)])
 def test_it_centres_where_the_person_says_and_trims_the_open_end(side, open_end):
-    done = run("ring", "--firmware", "main", "--hand", side, typed="50\n45\ndone\n\nx\n5\ndone\n")
+    done = run("ring", "--firmware", "main", "--side", side, typed="50\n45\ndone\n\nx\n5\ndone\n")
     assert done.exit_code == 0, done.output
     assert "it stands at 45%" in done.output or "it stands at 44%" in done.output, done.output
     reads = int(re.search(r"reads (\d+) counts here, near the middle", done.output).group(1))

@@ -38,7 +38,7 @@ def test_the_default_is_the_emulated_hand(run):
 
 
 def test_options_reach_the_hand(run, pytester):
-    result = run("--hil=pty", "--hil-hand=left", "--hil-firmware=0.1.5", "--hil-seed=4", target="pty")
+    result = run("--hil=pty", "--hil-side=left", "--hil-firmware=0.1.5", "--hil-seed=4", target="pty")
     result.assert_outcomes(passed=1)
     result.stdout.fnmatch_lines(["aero-hil: left hand on pty, firmware 0.1.5, unit reference, seed 4"])
 

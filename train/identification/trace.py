@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aero.channels import WIRE_ORDER, Channel
 from aero.protocol import MAX_CODE
 from aero.regular_file import read_npz
-from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO, HandSide
+from firmware_emulator.firmware.hands import HANDS, SHAFT_OF_SERVO, Side
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_file import read_recording
 from hil.recordings.recording import Recording
@@ -24,13 +24,13 @@ def _by_channel(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return ordered
 
 
-def window_counts(side: HandSide) -> NDArray[np.float64]:
+def window_counts(side: Side) -> NDArray[np.float64]:
     """Return the width of each channel's command window, (7,) servo counts."""
     config = HANDS[side]
     return _by_channel(np.abs(np.subtract(config.grasp, config.extend, dtype=float)))
 
 
-def closing_current_sign(side: HandSide) -> NDArray[np.float64]:
+def closing_current_sign(side: Side) -> NDArray[np.float64]:
     """Return the sign of the current register, (7,) +1 or -1, while its channel pulls closed.
 
     Registers are positive toward lower counts (one physical hand, public logs June-July 2026,
@@ -72,7 +72,7 @@ class Trace:
     """(m, 7) temperatures, degC; NaN where not read."""
     spans_counts: NDArray[np.float64]
     """(7,) counts of the command window."""
-    side: HandSide = "right"
+    side: Side = "right"
     firmware: str | None = None
     """Firmware of the recorded hand; None if the file does not name one."""
 
@@ -196,7 +196,7 @@ class Trace:
             KeyError: the recording has no commands or no positions.
         """
         commands, codes = recording["command_codes"], recording["codes"]
-        side: HandSide = "left" if recording.header.hand == "left" else "right"
+        side: Side = "left" if recording.header.side == "left" else "right"
         spans = window_counts(side)
 
         def at_reads(series: str) -> NDArray[np.float64]:

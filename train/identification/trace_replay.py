@@ -14,7 +14,7 @@ from aero.driver import CURRENT_A_PER_UNIT
 from aero.firmware import DEFAULT_FIRMWARE
 from aero.protocol import MAX_CODE, make_positions
 from firmware_emulator.firmware.board import Board
-from firmware_emulator.firmware.hands import SHAFT_OF_SERVO, HandSide
+from firmware_emulator.firmware.hands import SHAFT_OF_SERVO, Side
 from firmware_emulator.kernel import on_grid
 from hil.emulated.emulated_hand import build_emulated
 from hil.emulated.emulated_spec import EmulatedSpec
@@ -46,7 +46,7 @@ def replay(
     unit: Unit,
     *,
     firmware: str = DEFAULT_FIRMWARE,
-    side: HandSide = "right",
+    side: Side = "right",
     seed: int = 0,
     phase_s: float = 0.0,
     fields: Sequence[str] = READ,

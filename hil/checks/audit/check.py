@@ -45,7 +45,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 def measure(recording: Recording) -> Measured:
     """Return each channel's own motion and that of the others, per cent of the nudge."""
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
-    pull = closing_current(currents.values, recording.header.hand)
+    pull = closing_current(currents.values, recording.header.side)
     spans, readings = map_of(recording.header).window.spans_counts(), codes.values.astype(int)
     found: dict[str, dict[str, float]] = {}
     steps = find_steps(commands.times, commands.values)

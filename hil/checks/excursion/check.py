@@ -73,7 +73,7 @@ def measure(recording: Recording) -> Measured:
     """Return each channel's stop and stop current, and its fist travel against the simulator's."""
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     codec = map_of(recording.header)
-    pull = closing_current(currents.values, recording.header.hand)
+    pull = closing_current(currents.values, recording.header.side)
     steps = find_steps(commands.times, commands.values)
     require(len(steps) > 2 * len(Channel), "closings")
     fist = [step for step in steps[2 * len(Channel) :] if step.after > step.before]
@@ -81,7 +81,7 @@ def measure(recording: Recording) -> Measured:
     ends = np.array([last_before(codes.times, codes.values, t) for t in (fist[0].start, fist[-1].end)])
     fist_travel = np.diff(codec.travel_from_angles(codec.angles_from_codes(ends.astype(np.int64))), axis=0)[0]
     header = recording.header
-    model_travel = simulated_fist(header.firmware, header.window, header.hand)
+    model_travel = simulated_fist(header.firmware, header.window, header.side)
     found: dict[str, dict[str, float]] = {}
     for step in steps[: 2 * len(Channel) : 2]:
         closed = last_before(codes.times, codes.values, step.end).astype(int)

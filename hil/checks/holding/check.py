@@ -30,7 +30,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
 def measure(recording: Recording) -> Measured:
     """Return each channel's holding current (A, positive closes) and position drift (% of the window)."""
     currents, codes = (recording[name] for name in ("currents", "codes"))
-    pull = closing_current(currents.values, recording.header.hand)
+    pull = closing_current(currents.values, recording.header.side)
     held = (currents.times > OPEN_S + 1.0) & (currents.times < OPEN_S + HOLD_S)
     still = (codes.times > OPEN_S + 1.0) & (codes.times < OPEN_S + HOLD_S)
     require(bool(held.any() and still.any()), "samples of the hand that holds")

@@ -64,4 +64,4 @@ def _contradictions(header: Header) -> int:
     if not text:
         return 0
     board = identify(text)
-    return (header.firmware not in board.versions) + (board.side not in (None, header.hand)) + len(board.silent)
+    return (header.firmware not in board.versions) + (board.side not in (None, header.side)) + len(board.silent)

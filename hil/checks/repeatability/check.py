@@ -48,7 +48,7 @@ def measure(recording: Recording) -> Measured:
     """
     codes, commands, currents = (recording[name] for name in ("codes", "command_codes", "currents"))
     codec = map_of(recording.header)
-    pull = closing_current(currents.values, recording.header.hand)
+    pull = closing_current(currents.values, recording.header.side)
     steps = find_steps(commands.times, commands.values)
     closings, openings = (sorted({s.start for s in steps if (s.after > s.before) is way}) for way in (True, False))
     require(len(openings) > 1 and len(closings) >= len(openings), "two closures")

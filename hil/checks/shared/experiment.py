@@ -255,7 +255,7 @@ def one_closed(channel: Channel, fraction: float) -> NDArray[np.uint16]:
 
 def map_of(header: Header) -> ActuationMap:
     """Return the actuation map of a recording."""
-    return ActuationMap.for_firmware(header.firmware, header.window, side=header.hand)
+    return ActuationMap.for_firmware(header.firmware, header.window, side=header.side)
 
 
 def window_mm(codec: ActuationMap) -> Floats:

@@ -82,7 +82,7 @@ def loads(recording: Recording) -> dict[Channel, Load]:
         CannotBeMeasuredError: a channel has fewer than two levels.
     """
     command, currents, travel = (recording[name] for name in ("command", "currents", "travel"))
-    pull = closing_current(currents.values, recording.header.hand)
+    pull = closing_current(currents.values, recording.header.side)
     steps = find_steps(command.times, command.values)
     found: dict[Channel, Load] = {}
     for channel in CABLES:

@@ -64,7 +64,7 @@ def measure(recording: Recording) -> Measured:
     header = recording.header
     window = map_of(header).window
     spans = window.spans_counts()
-    pull = closing_current(currents.values, header.hand)
+    pull = closing_current(currents.values, header.side)
     extend, grasp = np.array(window.extend_counts), np.array(window.grasp_counts)
     opening = np.sign(extend - grasp)
     found: dict[str, dict[str, float]] = {channel.label: {} for channel in Channel}

@@ -30,7 +30,7 @@ def firmware() -> None:
     "--library", type=click.Path(exists=True, file_okay=False, path_type=Path), help="Folder of FTServo_Arduino."
 )
 @click.option("--out", type=PROGRAM, required=True, help="Program file to write.")
-@click.option("--hand", "side", type=click.Choice(["right", "left"]), help="Side of the hand; overrides HandConfig.h.")
+@click.option("--side", type=click.Choice(["right", "left"]), help="Side of the hand; overrides HandConfig.h.")
 @click.option("--define", "defines", multiple=True, metavar="NAME[=VALUE]", help="Additional macro; repeatable.")
 @click.option(
     "--sanitize", default="", metavar="LIST", help="Sanitizers: address, undefined or both; stop at the first error."
@@ -63,9 +63,7 @@ def build_command(
 @firmware.command("compare")
 @click.argument("first")
 @click.argument("second")
-@click.option(
-    "--hand", "side", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side of both."
-)
+@click.option("--side", type=click.Choice(["right", "left"]), default="right", show_default=True, help="Side of both.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the sessions.")
 @click.option("--only", multiple=True, type=click.Choice(list(MAKERS)), help="Run only these sessions; repeatable.")
 @click.option("--write", type=SESSIONS, help="Record the output of SECOND in a file NAME.jsonl.xz.")

@@ -4,7 +4,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from random import Random
 
-from firmware_emulator.firmware.hands import HandSide
+from firmware_emulator.firmware.hands import Side
 from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.plant import Plant
 from hil.emulated.faults.link_faults import LinkFaults
@@ -38,7 +38,7 @@ class HandAssembly:
         unit: Unit,
         *,
         firmware: str,
-        side: HandSide,
+        side: Side,
         random: Callable[[Hashable], Random],
         fire: Callable[[Hashable], None],
     ) -> None:
@@ -143,7 +143,7 @@ class HandAssembly:
 
         return Active(begin, clear)
 
-    def flash(self, firmware: str, side: HandSide) -> None:
+    def flash(self, firmware: str, side: Side) -> None:
         """Flash a firmware for a side on the board, which restarts."""
         self.firmware, self.board_side = firmware, side
         self.electronics.flash(firmware, side)

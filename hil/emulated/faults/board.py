@@ -6,7 +6,7 @@ from functools import partial
 from aero.channels import WIRE_ORDER
 from aero.firmware import FIRMWARE
 from firmware_emulator.firmware.board import Board
-from firmware_emulator.firmware.hands import HandSide
+from firmware_emulator.firmware.hands import Side
 from firmware_emulator.firmware.homing import home
 from firmware_emulator.firmware.opcodes import centre
 from firmware_emulator.hand import EmulatedHand
@@ -18,7 +18,7 @@ from hil.verdict.part import Part
 BOARD = FaultLayer.BOARD
 RUNS = "board_runs_"
 """Name prefix of the faults of a version other than declared."""
-OTHER_SIDE: dict[HandSide, HandSide] = {"right": "left", "left": "right"}
+OTHER_SIDE: dict[Side, Side] = {"right": "left", "left": "right"}
 
 
 def _event(

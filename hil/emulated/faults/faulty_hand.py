@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_emulator.firmware.board import Board
-from firmware_emulator.firmware.hands import HANDS, HandSide
+from firmware_emulator.firmware.hands import HANDS, Side
 from firmware_emulator.firmware.nvs import Nvs
 from firmware_emulator.hand import EmulatedHand, Start
 from firmware_emulator.native.program_board import ProgramBoard
@@ -23,9 +23,7 @@ from model.units import Unit
 class FaultyHand(EmulatedHand):
     """Electronics with link faults and, optionally, firmware for the other side."""
 
-    def __init__(
-        self, plant: Plant, *, link_faults: LinkFaults, board_side: HandSide, side: HandSide, **settings: Any
-    ) -> None:
+    def __init__(self, plant: Plant, *, link_faults: LinkFaults, board_side: Side, side: Side, **settings: Any) -> None:
         """Connect the electronics to a plant.
 
         Args:
@@ -61,7 +59,7 @@ class FaultyHand(EmulatedHand):
             else:
                 self.kernel.call_at(t, arrive, piece)
 
-    def flash(self, firmware: str, side: HandSide) -> None:
+    def flash(self, firmware: str, side: Side) -> None:
         """Flash an emulated firmware for a side on the board, and restart the board."""
         self._board_side = side
         super().flash(firmware, side)
@@ -76,7 +74,7 @@ def build_faulty(
     schedule: Schedule,
     *,
     firmware: str,
-    side: HandSide,
+    side: Side,
     seed: int,
     start: Start = "homed",
     nvs: Nvs | None = None,

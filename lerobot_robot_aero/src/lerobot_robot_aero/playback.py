@@ -43,7 +43,7 @@ def load_playback(path: Path) -> Playback:
     if "command_codes" not in recording.series:
         raise UnusableFileError(f"{path} holds no position command to the hand, so there is nothing to play")
     commands, header = recording["command_codes"], recording.header
-    codec = ActuationMap.for_firmware(header.firmware, header.window, side=header.hand)
+    codec = ActuationMap.for_firmware(header.firmware, header.window, side=header.side)
     first, last = commands.times[[0, -1]].tolist()
     return Playback(
         times=commands.times - first,

@@ -35,13 +35,13 @@ def test_every_number_of_presence_is_the_recorded_one():
     assert found["hand"] == pytest.approx(expected)
 
 
-def presence_of(wire=(), hand="right", boot_text="", currents=None):
+def presence_of(wire=(), side="right", boot_text="", currents=None):
     t = 0.025 * np.arange(30)
     series = {
         "currents": Series.of(LABELS, ["A"] * 7, t, np.zeros((30, 7)) if currents is None else currents),
         "temperatures": Series.of(LABELS, ["degC"] * 7, t, np.full((30, 7), 30.0)),
     }
-    header = replace(HEADER, hand=hand, experiment="presence", parameters={"boot_text": boot_text})
+    header = replace(HEADER, side=side, experiment="presence", parameters={"boot_text": boot_text})
     wire = wire or (WireRecord(0.0, "to_hand", REQUEST), WireRecord(0.001, "from_hand", REPLY))
     return presence.measure(Recording(header, series, tuple(wire)))
 
@@ -65,7 +65,7 @@ TEXT_0_1_4 = "Power-on detected\nHand Type: RIGHT_HAND\nPinging servos\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "hand", "contradictions"),
+    ("text", "side", "contradictions"),
     [
         ("", "left", 0),
         ("Power-on detected\nHand Type: RIGHT_HAND\n", "right", 0),
@@ -75,6 +75,6 @@ TEXT_0_1_4 = "Power-on detected\nHand Type: RIGHT_HAND\nPinging servos\n"
         (f"{TEXT_0_1_4}ID 3: NO REPLY\nID 5: NO REPLY\n", "left", 4),
     ],
 )
-def test_what_the_boot_text_says_against_the_header_is_counted(text, hand, contradictions):
+def test_what_the_boot_text_says_against_the_header_is_counted(text, side, contradictions):
     """The header says 0.2.0."""
-    assert presence_of(hand=hand, boot_text=text)["hand"]["boot_contradictions"] == contradictions
+    assert presence_of(side=side, boot_text=text)["hand"]["boot_contradictions"] == contradictions

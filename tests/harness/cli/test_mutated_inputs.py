@@ -38,7 +38,7 @@ LONGEST_LOOPS, MOST_MB = 40, 500.0
 NAMES = ("presence", "audit")
 UNKNOWN = {
     "experiment": ("wink", "staircase", "session", "audit", "calibration", "policy"),
-    "firmware": ("9.9", "0.3.0", "pre", "main", "0.1.5"), "hand": ("left", "both"), "window": ("other", "homed"),
+    "firmware": ("9.9", "0.3.0", "pre", "main", "0.1.5"), "side": ("left", "both"), "window": ("other", "homed"),
     "map": ("other",), "unit": ("physical", "plausible:3", "golden", "x.toml"), "limits": ("other", "plausible"),
 }  # fmt: skip
 """What a header of a newer version, or of another hand, may say."""
@@ -191,7 +191,7 @@ def units(good, folder, count):
 
 
 LINES = (
-    "validate --only presence --dry-run --hil emulated --firmware 0.2.0 --hand right --unit reference --seed 3",
+    "validate --only presence --dry-run --hil emulated --firmware 0.2.0 --side right --unit reference --seed 3",
     "validate --only presence --dry-run --fault motor_weak:ring=0.4@0.5 --zeros ideal --baseline b",
     "record --dry-run --excite fingers --channel ring --scale 0.3 --out x.mcap",
     "run-policy steady --dry-run --seconds 0.1 --wait 0 --empty --correction reference",
@@ -204,7 +204,7 @@ LINES = (
     "baseline r --out b",
     "emulate --listen 127.0.0.1:x --fault link_silent",
     "proxy /dev/none --link p --fault reply_lost=0.5",
-    "guard /dev/none --link p --firmware 0.1.5 --hand left --black-box b",
+    "guard /dev/none --link p --firmware 0.1.5 --side left --black-box b",
     "calibrate x.mcap --start reference --out u.toml",
     "evaluate steady --units 1 --seconds 0.1 --seed 1",
     "campaign --healthy 1 --only presence --first-seed 3 --workers 1 --out c",

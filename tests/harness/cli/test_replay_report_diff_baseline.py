@@ -163,7 +163,7 @@ def test_the_same_hand_has_not_become_worse(results, tmp_path):
 
 def test_a_baseline_of_another_hand_is_refused_before_anything_moves(results, tmp_path):
     store(results, tmp_path / "mine")
-    line = "validate --unit plausible:7 --hand left --only audit"
+    line = "validate --unit plausible:7 --side left --only audit"
     result = invoke(*line.split(), "--baseline", tmp_path / "mine", "--out", tmp_path / "out")
     assert result.exit_code == 2
     assert "of another hand: hand right, this is left" in result.output
@@ -174,7 +174,7 @@ def test_two_recordings_of_one_experiment_or_of_two_hands_are_refused_by_name(re
     audit = read_recording(results / "audit.mcap")
     holding = read_recording(results / "holding.mcap")
     write_recording(audit, tmp_path / "again.mcap")
-    other = dataclasses.replace(holding.header, hand="left", unit="plausible:7")
+    other = dataclasses.replace(holding.header, side="left", unit="plausible:7")
     write_recording(dataclasses.replace(holding, header=other), tmp_path / "left.mcap")
     for second, said in (("again.mcap", "are both of audit"), ("left.mcap", "are not of one hand")):
         for pair in permutations((results / "audit.mcap", tmp_path / second)):

@@ -65,9 +65,9 @@ def results(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("firmware", "hand"), [("pre", "left"), ("0.2.0", "right")])
-def test_the_emulated_hand_is_within_limits(tmp_path, firmware, hand):
-    arguments = ["validate", "--firmware", firmware, "--hand", hand, "--out", str(tmp_path)]
+@pytest.mark.parametrize(("firmware", "side"), [("pre", "left"), ("0.2.0", "right")])
+def test_the_emulated_hand_is_within_limits(tmp_path, firmware, side):
+    arguments = ["validate", "--firmware", firmware, "--side", side, "--out", str(tmp_path)]
     result = CliRunner().invoke(main, arguments, catch_exceptions=False)
     assert result.exit_code == 0, result.output
     metrics = json.loads((tmp_path / "metrics.json").read_text())
@@ -88,7 +88,7 @@ def test_metrics_json_has_the_published_shape(results):
     assert {name: metrics[name] for name in ("target", "firmware", "hand", "seed")} == {
         "target": "emulated",
         "firmware": "0.2.0",
-        "hand": "right",
+        "side": "right",
         "seed": 7,
     }
     assert metrics["hand_seconds"] == pytest.approx(0.96 + 7 * 2 * 3 * 0.48 - 0.02)

@@ -186,7 +186,7 @@ def make_files(folder):
     (folder / "file").write_text("kept")
     (folder / "results").mkdir()
     (folder / "results" / "checks.json").write_text(
-        '{"hand": {"hand": "right", "firmware": "0.2.0", "unit": "reference", "hand_id": ""}, "passed": true, '
+        '{"hand": {"side": "right", "firmware": "0.2.0", "unit": "reference", "hand_id": ""}, "passed": true, '
         '"measured": {}}'
     )
     return {name: str(path) for name, path in good.items()} | {

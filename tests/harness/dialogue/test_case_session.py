@@ -190,8 +190,8 @@ def test_a_board_that_has_just_booted_is_asked_over_a_new_link(tmp_path):
 @pytest.mark.parametrize(
     ("ended", "command"),
     [
-        ("version", "aero-hil validate --hil /dev/nowhere --firmware VERSION --hand SIDE"),
-        ("home", "aero-hil validate --hil /dev/nowhere --firmware 0.1.5 --hand left"),
+        ("version", "aero-hil validate --hil /dev/nowhere --firmware VERSION --side SIDE"),
+        ("home", "aero-hil validate --hil /dev/nowhere --firmware 0.1.5 --side left"),
     ],
 )
 def test_a_case_ends_with_a_command_that_names_version_and_side(ended, command, tmp_path):

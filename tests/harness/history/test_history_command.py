@@ -62,7 +62,7 @@ def test_a_serial_number_of_two_names_is_of_no_hand(folders):
 
 
 def test_a_run_of_the_other_side_is_left_out(folders):
-    runs = changed(runs_in([folders])[0][:3], hand=["right", "left", "left"])
+    runs = changed(runs_in([folders])[0][:3], side=["right", "left", "left"])
     chosen, doubtful = of_hand(runs, "bench-left")
     assert names(chosen) == ["1", "2"]
     assert [folder.name for folder, _ in doubtful] == ["0"]

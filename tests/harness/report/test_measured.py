@@ -39,7 +39,7 @@ SCHEMAS = {
         "channels.*.excursion_hand channels.*.excursion_model channels.*.matched_steps "
         "channels.*.overshoot_hand_percent channels.*.rise_hand_ms channels.*.rise_model_ms "
         "channels.*.settled_percent channels.*.tracking_rms channels.*.unit "
-        "firmware format hand hand_seconds seed target wall_seconds",
+        "firmware format hand_seconds seed side target wall_seconds",
         "experiment subject metric words value unit format",
     )
 }

@@ -58,7 +58,7 @@ def test_hands_toml_options_and_python_say_the_same_hand(tmp_path, monkeypatch):
     assert named_spec("bench") == expected
     assert read_back(["--hil", "bench"], target) == expected
     assert named_spec("bench", side="right") == replace(expected, side="right")
-    assert read_back(["--hil", "bench", "--hand", "right"], target) == replace(expected, side="right")
+    assert read_back(["--hil", "bench", "--side", "right"], target) == replace(expected, side="right")
 
 
 @pytest.mark.parametrize(

@@ -108,7 +108,7 @@ def test_the_command_line_counts_over_the_file(folders):
     dry = ["validate", "--hil", "soft", "--dry-run", "--zeros", "ideal"]
     said = run(main, dry).output
     assert "left hand soft on emulated, firmware 0.1.5" in " ".join(said.split())
-    said = run(main, [*dry, "--firmware", "pre", "--hand", "right"]).output
+    said = run(main, [*dry, "--firmware", "pre", "--side", "right"]).output
     assert "right hand soft on emulated, firmware pre" in " ".join(said.split())
 
 

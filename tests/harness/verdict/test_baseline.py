@@ -7,7 +7,7 @@ import pytest
 from hil.recordings.errors import UnusableFileError
 from hil.verdict.baseline import LARGEST_BYTES, Baseline, load, regressions, store
 
-HAND = {"hand": "right", "firmware": "0.2.0", "unit": "reference", "hand_id": "", "commit": "abc"}
+HAND = {"side": "right", "firmware": "0.2.0", "unit": "reference", "hand_id": "", "commit": "abc"}
 
 BEFORE = {
     "staircase": {
@@ -112,7 +112,7 @@ def test_a_figure_that_can_no_longer_be_measured_is_not_worse_and_does_not_pass(
     assert finding.measured == "not measurable, was 0.5"
 
 
-@pytest.mark.parametrize(("field", "other"), [("hand", "left"), ("firmware", "0.1.5"), ("unit", "plausible:7")])
+@pytest.mark.parametrize(("field", "other"), [("side", "left"), ("firmware", "0.1.5"), ("unit", "plausible:7")])
 def test_a_baseline_of_another_hand_is_refused(field, other):
     baseline({}).require_same(HAND)
     baseline({}).require_same({**HAND, "hand_id": "bench"})  # of which the baseline says nothing
