@@ -52,8 +52,7 @@ def check_replayable(recording: Recording, target: Target) -> None:
     if target.guard is not None:
         raise ValueError(
             f"{target.port} is guarded, and a replay writes bytes that no guard sees, settings and homing among them. "
-            "Replay on `emulated` or `pty`; to move a hand on a port again, run the experiment on it and compare with "
-            "`report A --beside B`."
+            "Replay on `emulated` or `pty`; to move a hand on a port again, run the experiment on it."
         )
     if all(record.direction != "to_hand" for record in recording.wire):
         raise ValueError("this recording holds no bytes to the hand, so there is nothing to replay")

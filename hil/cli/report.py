@@ -11,13 +11,10 @@ from aero.exit_code import Exit
 from aero.whole_file import write_whole
 from hil.cli.doctor import examine
 from hil.cli.exits import Ended, judging, usage_errors
-from hil.cli.options import RECORDING
 from hil.cli.output_files import BUNDLE, PAGE
 from hil.cli.run_files import RUN, files_of, judgeable
 from hil.dialogue.printing import echo
-from hil.dialogue.terminal import console as new_console
 from hil.recordings.recording import Recording
-from hil.report.beside_run import beside_text
 from hil.report.bundle import write_bundle
 from hil.report.page import BYTES_ALONE, render_report
 from hil.report.run_folder import JUDGED_NAMES
@@ -30,19 +27,13 @@ from hil.verdict.validation import judge_recordings, require_one_run
 @click.argument("runs", metavar="RUN...", type=RUN, nargs=-1, required=True)
 @click.option("--out", type=PAGE, default=Path("report.html"), show_default=True, help="Page to write.")
 @click.option(
-    "--beside", "others", type=RECORDING, multiple=True,
-    help="Recording of another run, compared but not judged; repeatable.",
-)  # fmt: skip
-@click.option(
     "--bundle", type=BUNDLE,
     help="Zip file for a bug report: RUN, a folder, without names of user, home folder and computer.",
 )  # fmt: skip
-def report(*, runs: tuple[Path, ...], out: Path, others: tuple[Path, ...], bundle: Path | None) -> None:
+def report(*, runs: tuple[Path, ...], out: Path, bundle: Path | None) -> None:
     """Judge each RUN again and write the report; the exit codes are those of `validate`.
 
     RUN is the folder of a run, a recording of it, or its bundle.
-
-    Each recording of --beside is compared with the one of the same experiment, channel by channel.
 
     A truncated recording is shown without a verdict; the exit code is then 2, unless another check is out of limits.
     """
@@ -52,7 +43,6 @@ def report(*, runs: tuple[Path, ...], out: Path, others: tuple[Path, ...], bundl
         _pack(runs, bundle)
     with files_of(runs) as paths:
         made = {path: judgeable(path) for path in paths}
-    _print_beside(made, others)
     # Only judging may fail for a defect of a file; an error in the page is a bug.
     with judging(*made):
         require_one_run({str(path): recording for path, recording in made.items()})
@@ -86,24 +76,6 @@ def _pack(runs: Sequence[Path], bundle: Path) -> None:
     for line in write_bundle(runs[0], JUDGED_NAMES, bundle, [found.as_dict() for found in examine()]):
         echo(f"left out: {line}", err=True)
     echo(f"{bundle}: {bundle.stat().st_size / 1e3:.0f} kB")
-
-
-def _print_beside(made: Mapping[Path, Recording], others: Sequence[Path]) -> None:
-    """Print each recording of another run next to the one of the same experiment.
-
-    Raises:
-        Ended: no recording of that experiment.
-    """
-    console = new_console()
-    by_experiment = {recording.header.experiment: (path, recording) for path, recording in made.items()}
-    for path in others:
-        other = judgeable(path)
-        if other.header.experiment not in by_experiment:
-            raise Ended(f"{path} is of {other.header.experiment}, which is not among the recordings", Exit.USAGE)
-        first, recording = by_experiment[other.header.experiment]
-        with judging(first, path):
-            for part in beside_text(recording, other):
-                console.print(part)
 
 
 def _links(made: Mapping[Path, Recording], out: Path) -> dict[str, str]:

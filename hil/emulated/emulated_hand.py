@@ -12,11 +12,14 @@ from firmware_emulator.hand import Start
 from firmware_emulator.links.in_process import InProcessLink
 from firmware_emulator.plant import Plant
 from hil.emulated.emulated_spec import EmulatedSpec
-from hil.emulated.faults.faulty_hand import FaultyHand, build_faulty
+from hil.emulated.faults.assembly import HandAssembly
+from hil.emulated.faults.fault import AssemblyStage
+from hil.emulated.faults.faulty_hand import FaultyHand, refuse_in_a_program
 from hil.emulated.faults.host import ProgramEnd
 from hil.emulated.faults.schedule import Schedule
 from hil.emulated.faults.workbench import Workbench
 from hil.targets.passing import Passing
+from model import BuiltHandPlant
 from model.cube_plant import CubePlant
 from model.units import Unit
 from model.units.conditions import Conditions
@@ -34,28 +37,47 @@ def build_emulated(
     rewire: Rewire | None = None,
     schedule: Schedule | None = None,
 ) -> tuple[FaultyHand, Workbench]:
-    """Return the electronics of an emulated hand, and its workbench, which also has the mechanics.
+    """Return the electronics of an emulated hand with faults, and its workbench, which also has the mechanics.
 
-    `start`, `nvs` and `rewire` are those of `build_faulty`; `schedule` lists the faults to be injected (None: none).
-    With a cube in `spec`, the mechanics are a `CubePlant`.
+    Args:
+        unit: parameters of the healthy hand.
+        spec: specification of the hand; with a cube, the mechanics are a `CubePlant`.
+        start: state of the board, as for `EmulatedHand`.
+        nvs: stored memory of the board.
+        rewire: wraps the mechanics in a plant that faults do not see.
+        schedule: faults to be injected, with start times from the ready hand; None for none.
 
     Raises:
         ValueError: a fault cannot be injected into this hand.
         FirmwareProgramError: the program does not run, or does not home.
     """
-    cube, side = spec.cube, spec.side
-    return build_faulty(
-        unit,
-        schedule or Schedule(seed=spec.seed),
-        firmware=spec.firmware,
+    schedule = schedule or Schedule(seed=spec.seed)
+    if spec.firmware_program is not None:
+        refuse_in_a_program(schedule.faults)
+    side, seed = spec.side, spec.seed
+    assembly = HandAssembly(unit, firmware=spec.firmware, side=side, random=schedule.random, fire=schedule.fire)
+    workbench = Workbench(assembly, schedule)
+    workbench.build(AssemblyStage.BUILDING)
+    hand = assembly.unit.hand
+    plant = BuiltHandPlant(hand, side, seed=seed) if spec.cube is None else CubePlant(hand, side, spec.cube, seed=seed)
+    assembly.build_mechanics(plant, rewire)
+    workbench.build(AssemblyStage.SHAFTS)
+    electronics = FaultyHand(
+        assembly.shafts,
+        link_faults=assembly.link,
+        servos=assembly.unit.servos,
+        firmware=assembly.firmware,
         side=side,
-        seed=spec.seed,
+        board_side=assembly.board_side,
+        seed=seed,
         start=start,
         nvs=nvs,
         program=spec.firmware_program,
-        rewire=rewire,
-        mechanics=None if cube is None else lambda built: CubePlant(built.hand, side, cube, seed=spec.seed),
     )
+    assembly.connect(electronics)
+    workbench.build(AssemblyStage.RUNNING)
+    workbench.start()
+    return electronics, workbench
 
 
 def host_link(workbench: Workbench) -> Transport:

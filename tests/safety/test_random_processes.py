@@ -19,8 +19,8 @@ import pytest
 from aero.protocol import MAX_CODE
 from aero.safety import Thresholds
 from firmware_emulator.links.pty import PtyServer
-from hil.emulated.faults import Schedule
-from hil.emulated.faults.faulty_hand import build_faulty
+from hil.emulated.emulated_hand import build_emulated
+from hil.emulated.emulated_spec import EmulatedSpec
 from model.units import load_unit
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="needs signals and pseudo-terminals")]
@@ -70,9 +70,7 @@ def test_a_process_that_is_ended_leaves_the_hand_open(seed, tmp_path):
     program, ending, after_s = a_program(chance), ENDINGS[seed % len(ENDINGS)], chance.uniform(0.0, 10.0)
     print(f"# {ending!r} after {after_s:.1f} s\n{program}")
     (tmp_path / "program.py").write_text(program)
-    electronics, bench = build_faulty(
-        load_unit("reference"), Schedule((), seed), firmware="0.2.0", side="right", seed=seed
-    )
+    electronics, bench = build_emulated(load_unit("reference"), EmulatedSpec(seed=seed))
     ended, opened, leave, cut = (threading.Event() for _ in range(4))
     power, seen = [], set()
 

@@ -1,23 +1,16 @@
 """Emulated hand with injected faults, each on its channel and at its start time."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from firmware_emulator.firmware.board import Board
 from firmware_emulator.firmware.hands import HANDS, Side
-from firmware_emulator.firmware.nvs import Nvs
-from firmware_emulator.hand import EmulatedHand, Start
+from firmware_emulator.hand import EmulatedHand
 from firmware_emulator.native.program_board import ProgramBoard
 from firmware_emulator.plant import Plant
-from hil.emulated.faults.assembly import HandAssembly
-from hil.emulated.faults.fault import AssemblyStage, FaultLayer, Injection
+from hil.emulated.faults.fault import FaultLayer, Injection
 from hil.emulated.faults.link_faults import LinkFaults
-from hil.emulated.faults.schedule import Schedule
-from hil.emulated.faults.workbench import Workbench
 from hil.targets.wire_log import Direction
-from model import BuiltHandPlant
-from model.units import Unit
 
 
 class FaultyHand(EmulatedHand):
@@ -67,62 +60,6 @@ class FaultyHand(EmulatedHand):
     def _new_board(self) -> Board | ProgramBoard:
         self._config = HANDS[self._board_side]
         return super()._new_board()
-
-
-def build_faulty(
-    unit: Unit,
-    schedule: Schedule,
-    *,
-    firmware: str,
-    side: Side,
-    seed: int,
-    start: Start = "homed",
-    nvs: Nvs | None = None,
-    program: Path | None = None,
-    rewire: Callable[[Plant], Plant] | None = None,
-    mechanics: Callable[[Unit], BuiltHandPlant] | None = None,
-) -> tuple[FaultyHand, Workbench]:
-    """Return the electronics of an emulated hand with faults, and its workbench.
-
-    Args:
-        unit: parameters of the healthy hand.
-        schedule: faults to be injected; start times count from the ready hand.
-        firmware: declared version.
-        side: side of the hand.
-        seed: seed of the noise and of the friction of each motion.
-        start: state of the board, as for `EmulatedHand`.
-        nvs: stored memory of the board.
-        program: firmware program on the board.
-        rewire: wraps the mechanics in a plant between servos and mechanics.
-        mechanics: builds the mechanics of a unit; `BuiltHandPlant` if None.
-
-    Raises:
-        ValueError: a fault cannot be injected into this hand; an unknown firmware or side.
-    """
-    if program is not None:
-        refuse_in_a_program(schedule.faults)
-    assembly = HandAssembly(unit, firmware=firmware, side=side, random=schedule.random, fire=schedule.fire)
-    workbench = Workbench(assembly, schedule)
-    workbench.build(AssemblyStage.BUILDING)
-    plant = BuiltHandPlant(assembly.unit.hand, side, seed=seed) if mechanics is None else mechanics(assembly.unit)
-    assembly.build_mechanics(plant, rewire)
-    workbench.build(AssemblyStage.SHAFTS)
-    electronics = FaultyHand(
-        assembly.shafts,
-        link_faults=assembly.link,
-        servos=assembly.unit.servos,
-        firmware=assembly.firmware,
-        side=side,
-        board_side=assembly.board_side,
-        seed=seed,
-        start=start,
-        nvs=nvs,
-        program=program,
-    )
-    assembly.connect(electronics)
-    workbench.build(AssemblyStage.RUNNING)
-    workbench.start()
-    return electronics, workbench
 
 
 def refuse_in_a_program(faults: tuple[Injection, ...]) -> None:

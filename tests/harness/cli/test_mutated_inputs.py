@@ -50,7 +50,6 @@ REPLACEMENTS = (
 """What a value of a header may have become."""
 RECORDING_LINES = (
     "report FILE --out OUT.html",
-    "report FILE --beside GOOD --out OUT.html",
     "export FILE --out OUT.mcap",
     "view FILE",
     "replay FILE",

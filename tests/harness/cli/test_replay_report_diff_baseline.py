@@ -130,21 +130,6 @@ def test_a_recording_is_judged_without_the_file_of_its_unit(results, tmp_path):
     assert result.exit_code == 0, result.output
 
 
-def test_a_difference_names_the_channel_that_differs(results, tmp_path):
-    audit = read_recording(results / "audit.mcap")
-    codes = audit["codes"].values.copy()
-    codes[:, 3] *= 0.9
-    changed = replaced(audit, "codes", codes)
-    write_recording(changed, tmp_path / "changed.mcap")
-    beside = ("--beside", tmp_path / "changed.mcap", "--out", tmp_path / "r.html")
-    result = invoke("report", results / "audit.mcap", *beside)
-    assert result.exit_code == 0, result.output
-    assert "pinky: followed" in result.output
-    result = invoke("report", results / "holding.mcap", *beside)
-    assert result.exit_code == 2
-    assert "changed.mcap is of audit, which is not among the recordings" in result.output
-
-
 def test_a_baseline_is_kept_and_not_overwritten(results, tmp_path):
     assert invoke("baseline", results, tmp_path / "mine").exit_code == 0
     assert (tmp_path / "mine" / "holding.mcap").is_file()
@@ -271,12 +256,11 @@ def test_a_defect_of_the_page_is_no_wrong_usage(results, tmp_path, monkeypatch):
     assert not (tmp_path / "r.html").exists()
 
 
-@pytest.mark.parametrize("beside", [False, True])
-def test_a_recording_of_an_unknown_experiment_is_one_line(results, tmp_path, beside):
+def test_a_recording_of_an_unknown_experiment_is_one_line(results, tmp_path):
     known = read_recording(results / "audit.mcap")
     path = tmp_path / "unknown.mcap"
     write_recording(dataclasses.replace(known, header=dataclasses.replace(known.header, experiment="of-2040")), path)
-    done = invoke("report", path, *(["--beside", path] if beside else []), "--out", tmp_path / "report.html")
+    done = invoke("report", path, "--out", tmp_path / "report.html")
     assert done.exit_code == 2, done.output
     assert "unknown.mcap is of 'of-2040'" in done.output
 

@@ -40,7 +40,7 @@ OPTIONS = (
 
 READERS = {
     "mcap": (
-        "report WRONG --out OUT.html", "report RECORDING --out OUT.html --beside WRONG", "replay WRONG", "view WRONG",
+        "report WRONG --out OUT.html", "replay WRONG", "view WRONG",
         "calibrate WRONG --out OUT.toml",
     ),
     "npz": ("run-policy WRONG", "calibrate --out OUT.toml WRONG", "evaluate --on simulation --out OUT WRONG"),
