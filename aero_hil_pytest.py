@@ -102,7 +102,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_report_header(config: pytest.Config) -> list[str]:
     """Return a header line if the project hides packages of aero-hil."""
     if line := hidden():
-        return [f"aero-hil stands aside: {line}"]
+        return [f"aero-hil is disabled: {line}"]
     return OPTIONS.header(config)
 
 

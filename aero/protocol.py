@@ -169,7 +169,7 @@ def make_refused(opcode: Opcode) -> bytes:
         ValueError: another opcode.
     """
     if opcode not in _NO_CHANNEL:
-        raise ValueError(f"no board refuses {opcode!r}; it does {', '.join(one.name for one in _NO_CHANNEL)}")
+        raise ValueError(f"expected {' or '.join(one.name for one in _NO_CHANNEL)}, got {opcode!r}")
     return _FRAME.pack(opcode, FILLER, _NO_CHANNEL[opcode], 0, 0, 0, 0, 0, 0)
 
 

@@ -160,7 +160,7 @@ def _unpickled(content: bytes) -> Any:
     """
     for opcode, argument, _ in pickletools.genops(content):
         if opcode.name.endswith("PUT") and argument is not None and argument > len(content):
-            raise CheckpointError(f"it remembers object {argument} in {len(content)} bytes")
+            raise CheckpointError(f"memo index {argument} exceeds the file's {len(content)} bytes: not a valid pickle")
     return _Unpickler(io.BytesIO(content)).load()
 
 

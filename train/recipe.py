@@ -138,9 +138,7 @@ class TrainingStage:
 
     def __post_init__(self) -> None:
         if not self.built and (self.redraw or self.tail_share or self.healthy):
-            raise ValueError(
-                f"stage {self.name!r}: only built hands are redrawn, healthy ones or have cubes from the tail"
-            )
+            raise ValueError(f"stage {self.name!r}: `redraw`, `healthy` and tail cubes need `built=True`")
 
 
 CONFIDENCE_Z = 1.645

@@ -300,7 +300,7 @@ def _check_names(where: str, table: object, known: set[str]) -> None:
     if not isinstance(table, dict):
         raise ValueError(f"{where} is a table, got {table!r}")
     if unknown := sorted(set(table) - known):
-        raise ValueError(f"{where} knows no {', '.join(map(repr, unknown))}; it has {', '.join(sorted(known))}")
+        raise ValueError(f"{where}: unknown {', '.join(map(repr, unknown))}; choose from {', '.join(sorted(known))}")
 
 
 def _check_row(name: str, row: Row, size: int, *, most: float) -> None:
@@ -317,7 +317,7 @@ def _row(value: float | list[float]) -> Row:
 def _one(fields: Iterable[Field], name: str) -> Field:
     names = {field.value: field for field in fields}
     if name not in names:
-        raise ValueError(f"there is no field {name!r}; there are {', '.join(names)}")
+        raise ValueError(f"unknown field {name!r}; choose from {', '.join(names)}")
     return names[name]
 
 
@@ -325,7 +325,7 @@ def _channels(row: Mapping[str, Any]) -> tuple[Channel, ...]:
     by_label = {channel.label: channel for channel in Channel}
     labels = row.get("channels", list(by_label))
     if unknown := [label for label in labels if label not in by_label]:
-        raise ValueError(f"there is no channel {unknown[0]!r}; there are {', '.join(by_label)}")
+        raise ValueError(f"unknown channel {unknown[0]!r}; choose from {', '.join(by_label)}")
     if not labels or len(set(labels)) != len(labels):
         raise ValueError(f"channels must be named once each, got {labels}")
     return tuple(by_label[label] for label in labels)

@@ -90,7 +90,7 @@ class Standby:
         except ChildError:
             raise SafetyStopError(
                 f"not moved. The second process, which opens the hand should this one be killed, did not start within "
-                f"{START_S:g} s; what it printed is above.",
+                f"{START_S:g} s; its output is above.",
                 SafetyReason.NO_STANDBY,
             ) from None
         finally:

@@ -143,4 +143,4 @@ def _name_drawing_library() -> None:
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="aero-hil")
 def main() -> None:
-    """Test an Aero Hand Open, real or emulated: its driver, its actuation map and what drives it."""
+    """Test an Aero Hand Open, physical or emulated: hand, firmware, driver, actuation map and policy."""

@@ -29,7 +29,7 @@ from hil.history.timeline import Trends, no_drift, render_history, trends_of
 def history(*, hand: str, folders: tuple[Path, ...], out: Path) -> None:
     """Show the readings of HAND over all runs in FOLDERS (default: `validation`), and their drifts towards a limit.
 
-    HAND is a name in hands.toml or a serial number. A drift requires five runs since the last step of a case.
+    HAND is a name in hands.toml or a serial number. A drift is reported after five runs without a repair in between.
     """
     places = folders or (Path("validation"),)
     if not folders and not places[0].is_dir():

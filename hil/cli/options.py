@@ -155,7 +155,11 @@ def emulation(command: AnyFunction) -> AnyFunction:
     wrapped: AnyFunction = update_wrapper(with_hand, command)
     decorators = (
         click.option(
-            "--firmware", type=click.Choice(FIRMWARE), default=DEFAULT_FIRMWARE, show_default=True, help="Version."
+            "--firmware",
+            type=click.Choice(FIRMWARE),
+            default=DEFAULT_FIRMWARE,
+            show_default=True,
+            help="Firmware version of the hand.",
         ),
         click.option("--side", type=SIDE, default="right", show_default=True, help="Side of the hand."),
         click.option("--unit", default="reference", show_default=True, help="Unit: name, plausible:SEED or .toml."),

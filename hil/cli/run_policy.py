@@ -151,7 +151,7 @@ def _recorded(opened: Target, path: Path | None, run: Callable[[Recorder, Progre
             if recorder.begun:
                 recorder.finish(ended=False)
                 if path:
-                    echo(f"recorded until then in {path}", err=True)
+                    echo(f"recording up to here: {path}", err=True)
             raise
     recorder.finish(ended=result.run.ending is Ending.TIME)
     return result

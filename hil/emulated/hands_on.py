@@ -156,5 +156,5 @@ def channel_and_percent(line: str) -> tuple[Channel, float]:
     except ValueError:
         percent = math.nan
     if math.isnan(percent):
-        raise ValueError(f"it is written {COMMAND} CHANNEL PERCENT, not {line!r}")
+        raise ValueError(f"usage: {COMMAND} CHANNEL PERCENT, not {line!r}")
     return channel, min(max(percent, 0.0), 100.0)

@@ -104,7 +104,7 @@ class Recorder:
             CannotBeWrittenError: the file cannot be written.
         """
         if name not in SERIES_UNITS:
-            raise ValueError(f"there is no series {name!r}; there are {', '.join(SERIES_UNITS)}")
+            raise ValueError(f"unknown series {name!r}; choose from {', '.join(SERIES_UNITS)}")
         found = self._columns.get(name) or _Columns()
         at, sample = float(t - self.start), np.asarray(row, float)
         if sample.shape != SHAPE or not found.last <= at < inf:

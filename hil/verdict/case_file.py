@@ -81,8 +81,8 @@ class HandOfCase:
             if then != now and (name == "hand_id" or (then and now)):
                 what = {"hand_id": "name"}.get(name, name.replace("_", " "))
                 raise NotOneHandError(
-                    f"the case is of another hand: {what} {then or 'unknown'}, this is {now or 'unknown'}; "
-                    "--same-hand where it is the same hand"
+                    f"the case belongs to another hand: {what} {then or 'unknown'}, connected is {now or 'unknown'}. "
+                    "If it is the same hand, add --same-hand"
                 )
 
 

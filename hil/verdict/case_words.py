@@ -30,7 +30,11 @@ def why(case: DiagnosisCase, proposal: Proposal) -> str:
         if shown:
             every = len(shown) > 1 and shown == {*case.remaining}
             told.append(f"{outcome.value}: {'any of them' if every else listed(sorted(map(str, shown)))}")
-    proves = f"If {'; if '.join(told)}." if told else "What happened once must fail again before a step can mend it."
+    proves = (
+        f"If {'; if '.join(told)}."
+        if told
+        else "The failure may have been a chance event; it must recur before a repair can be tested."
+    )
     return f"Suspected: {listed(map(str, case.remaining))}. {proves}"
 
 

@@ -30,7 +30,7 @@ from hil.verdict.limits import Limit, compare, load_limits
 from hil.verdict.motion import still_channels, without_motion
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
-from hil.verdict.run_end import SAYS_NOTHING, EndKind, RunEnd
+from hil.verdict.run_end import NO_EVIDENCE, EndKind, RunEnd
 from hil.verdict.suspects import THUMB, Isolation, RunSigns, isolate
 
 BAD_S = 0.05
@@ -87,7 +87,7 @@ class Judge:
 
         Aborted experiments count too, because the guard stops many hands for a driver's mistake.
         """
-        cut = () if run.end.kind in SAYS_NOTHING else run.end.cut
+        cut = () if run.end.kind in NO_EVIDENCE else run.end.cut
         recordings = [*(result.recording for result in run.results.values()), *cut]
         if not recordings:
             return None
@@ -137,7 +137,7 @@ class Judge:
         After an interruption or a refusal of the guard, nothing is suspected.
         """
         failures = failed(run.findings)
-        if run.end.kind in SAYS_NOTHING or run.end.kind is EndKind.NOT_PERMITTED:
+        if run.end.kind in NO_EVIDENCE or run.end.kind is EndKind.NOT_PERMITTED:
             return Diagnosis(unexplained=failures, step=_again(run))
         readings = tuple(f for name, result in run.judged.items() if not _asks(name) for f in failed(result.findings))
         if answers := failed(run.answers):

@@ -26,7 +26,7 @@ from hil.verdict.group import CaseState, Proposal
 from hil.verdict.judge import Judge
 from hil.verdict.judged_run import Validation
 from hil.verdict.outcome import failed_in, outcome_of
-from hil.verdict.run_end import SAYS_NOTHING, EndKind
+from hil.verdict.run_end import NO_EVIDENCE, EndKind
 from hil.verdict.steps import CaseStep, StepOutcome
 from hil.verdict.validation import validate
 
@@ -229,7 +229,7 @@ def outcomes_of_run(
     None if the run is inconclusive for each group that goes on; UNSURE for a group about which the run says nothing.
     """
     # After a busy run without failures, the gone failure was still measured again.
-    if run.end.kind in SAYS_NOTHING - {EndKind.HOST_BUSY}:
+    if run.end.kind in NO_EVIDENCE - {EndKind.HOST_BUSY}:
         return None
     # A busy computer loses replies too, so failures of such a run do not show that the step was useless. A lost link
     # delays the program itself and is excluded.

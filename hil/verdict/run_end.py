@@ -43,7 +43,7 @@ class EndKind(Enum):
         "run to its end",
         "the guard",
         "{reason}",
-        "Continue with the next step; what follows {at} was not run.",
+        "Continue with the next step; the remaining experiments were not run.",
     )
     LINK = (
         "{at}",
@@ -51,7 +51,7 @@ class EndKind(Enum):
         "run to its end",
         "the driver",
         "{reason}",
-        "Continue with the next step; what follows {at} was not run.",
+        "Continue with the next step; the remaining experiments were not run.",
     )
     """Driver or link ended an experiment with an error."""
     FIRMWARE = (
@@ -60,7 +60,7 @@ class EndKind(Enum):
         "run to its end",
         "the firmware program",
         "{reason}",
-        "Mend the firmware; what comes after it was not run.",
+        "Fix the firmware; the remaining experiments were not run.",
     )
     NOT_WRITTEN = (
         "{at}",
@@ -68,14 +68,14 @@ class EndKind(Enum):
         "run to its end",
         "the disk",
         "{reason}",
-        "Make room on the disk, or choose another folder by --out; this says nothing about the hand.",
+        "Make room on the disk, or choose another folder by --out; no statement about the hand.",
     )
     INTERRUPTED = (
         "{at}",
         "aborted",
         "run to its end",
         "a person or a signal",
-        "The program was told to stop.",
+        "The program was interrupted.",
         "Run it again.",
     )
     HOST_BUSY = (
@@ -84,7 +84,7 @@ class EndKind(Enum):
         "judged",
         "this computer",
         "{reason}",
-        "Close what else runs on this computer, then validate again.",
+        "Close other programs on this computer, then validate again.",
     )
     """Scheduling delays of this computer were too frequent for a verdict."""
     INCOMPLETE = (
@@ -92,7 +92,7 @@ class EndKind(Enum):
         "aborted",
         "run to its end",
         "the recording",
-        "The recording ends before the experiment does.",
+        "The recording is truncated.",
         "Run it again.",
     )
     """A judged recording is truncated."""
@@ -116,7 +116,7 @@ class EndKind(Enum):
     """All experiments ran, but the guard could not open and weaken the hand afterwards."""
 
 
-SAYS_NOTHING = {EndKind.INTERRUPTED, EndKind.INCOMPLETE, EndKind.NOT_WRITTEN, EndKind.HOST_BUSY}
+NO_EVIDENCE = {EndKind.INTERRUPTED, EndKind.INCOMPLETE, EndKind.NOT_WRITTEN, EndKind.HOST_BUSY}
 """Ends without evidence about the hand."""
 
 

@@ -220,7 +220,7 @@ def judge_recordings(recordings: Sequence[Recording]) -> Validation:
         if name == WHOLE_RUN.name:
             session = judge.link(recording) if recording.header.finished else None
         elif name not in EXPERIMENTS:
-            raise ValueError(f"there is no experiment {name!r}; there are {', '.join(EXPERIMENTS)}")
+            raise ValueError(f"unknown experiment {name!r}; choose from {', '.join(EXPERIMENTS)}")
         elif recording.header.finished:
             results[name] = judge.experiment(EXPERIMENTS[name], recording)
     end = RunEnd(EndKind.INCOMPLETE, cut[0].header.experiment, cut=cut) if cut else FINISHED

@@ -61,7 +61,7 @@ def shipped_units() -> tuple[str, ...]:
 def _shipped(name: str) -> str:
     """Return the text of a shipped unit's file."""
     if name not in shipped_units():
-        raise ValueError(f"there is no unit {name!r}; shipped are {', '.join(shipped_units())}")
+        raise ValueError(f"unknown unit {name!r}; choose from {', '.join(shipped_units())}")
     return resources.files(__name__).joinpath(f"{name}.toml").read_text(encoding="utf-8")
 
 
@@ -89,7 +89,7 @@ def load_unit(name: str) -> Unit:
     elif name in shipped_units():
         text = _shipped(name)
     else:
-        raise ValueError(f"there is no unit {name!r}; shipped are {', '.join(shipped_units())}, or give a .toml file")
+        raise ValueError(f"unknown unit {name!r}; choose from {', '.join(shipped_units())}, or give a .toml file")
     table = parsed(text, f"unit {name}")
     if like := table.pop("like", ""):
         table = _merged(parsed(_shipped(str(like)), f"unit {like}"), table)
@@ -102,7 +102,7 @@ def load_unit(name: str) -> Unit:
         )
     if unit.unfinished and name == whole_name:
         raise ValueError(
-            f"unit {name} is an unfinished fit: `aero-hil calibrate` was stopped. Finish it, or ask for it as it is: "
+            f"unit {name} is an unfinished fit. Continue with `aero-hil calibrate --start`, or use it anyway as "
             f"{UNFINISHED}{name}"
         )
     return dataclasses.replace(unit, name=whole_name)

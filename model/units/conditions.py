@@ -140,7 +140,7 @@ def drawn(seed: int, kinds: Collection[str] = CONDITIONS) -> Conditions:
         ValueError: a kind is unknown.
     """
     if unknown := sorted(set(kinds) - set(CONDITIONS)):
-        raise ValueError(f"there is no condition {', '.join(unknown)}; there are {', '.join(CONDITIONS)}")
+        raise ValueError(f"unknown condition {', '.join(unknown)}; choose from {', '.join(CONDITIONS)}")
     found: dict[str, Any] = {}
     for kind in CONDITIONS:
         random = np.random.default_rng([seed, crc32(kind.encode())])

@@ -96,7 +96,7 @@ def test_enter_runs_what_is_typed_also_in_a_hurry(served):
     said(tab, r"measured [\d.]+ V")
     expect(words).to_have_value("")
     words.press_sequentially("look ring\nmode\ncommand ring 40 50\n")
-    said(tab, "it is written command CHANNEL PERCENT")
+    said(tab, "usage: command CHANNEL PERCENT")
     expect(words).to_have_value("")
 
 

@@ -61,4 +61,4 @@ def test_a_misspelt_fault_is_an_error_before_any_hand(pytester):
     pytester.makepyfile(TESTS.replace("boot_text@60", "boot_txt"))
     result = pytester.runpytest()
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["*there is no fault 'boot_txt'*"])
+    result.stderr.fnmatch_lines(["*unknown fault 'boot_txt'*"])

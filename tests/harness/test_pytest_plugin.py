@@ -495,7 +495,7 @@ def test_a_fault_that_does_not_exist_is_a_usage_error(pytester):
     pytester.makepyfile(WITH_FAULTS.replace("motor_dead", "motor_deaf"))
     result = pytester.runpytest()
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    assert "there is no fault 'motor_deaf'" in result.stderr.str()
+    assert "unknown fault 'motor_deaf'" in result.stderr.str()
 
 
 def test_in_any_order_presence_comes_first_and_homing_last(pytester):
@@ -609,7 +609,7 @@ def test_a_project_that_never_uses_us_runs_as_without_us(rig, pytester, beside):
     )
     extra = [line for line in with_us if line not in without]
     assert [line for line in without if line not in with_us] == []
-    assert sorted(line.partition(" stands aside: ")[0] for line in extra) == ["aero-hil", "feetech-robots"]
+    assert sorted(line.partition(" is disabled: ")[0] for line in extra) == ["aero-hil", "feetech-robots"]
     assert all(f"{pytester.path}/hil/__init__.py has the name of aero-hil's" in line for line in extra)
 
 
@@ -664,7 +664,7 @@ def test_the_plugin_of_robots_beside_an_own_package_hil_option_and_mark(pytester
     )
     result = pytester.runpytest_subprocess("--bus-robot", *PLUGINS[FEETECH])
     result.assert_outcomes(passed=1)
-    result.stdout.fnmatch_lines(["feetech-robots stands aside: */hil/__init__.py has the name of aero-hil's*"])
+    result.stdout.fnmatch_lines(["feetech-robots is disabled: */hil/__init__.py has the name of aero-hil's*"])
 
 
 def test_a_bare_mark_robot_is_refused_in_one_line_by_the_fixture_that_reads_it(pytester):

@@ -79,7 +79,7 @@ def calibrate_command(
         console.print(f"the fit is unfinished; its intermediate result in {out} does not represent this hand")
         raise stopped
     if not result.arrived:
-        console.print(f"The fit has not arrived: its numbers still moved. Go on from what it found: --start {out}")
+        console.print(f"The fit has not converged. Continue with --start {out}")
     console.print(f"unit written to {out}; use it as `--unit {out}`")
 
 

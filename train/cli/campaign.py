@@ -84,8 +84,8 @@ def campaign(
 ) -> None:
     """Validate many emulated hands, and store every number in OUT/campaign.duckdb.
 
-    Each result is stored as it comes. Ctrl-C loses only the runs in progress; the same command with the same --out
-    resumes.
+    Each result is stored when its run ends. Ctrl-C loses only the runs in progress; the same command and
+    --out resume.
     """
     console = new_console()
     with usage_errors():

@@ -18,7 +18,7 @@ from train.convert import convert
 @click.argument("policy", type=POLICY)
 @click.option(
     "--settings", type=click.Choice(list(PRESETS)), default="training", show_default=True,
-    help="Preset of the paper with nominal grasp and scales of the training.",
+    help="Nominal grasp and action scales: the paper's for training or for deployment.",
 )  # fmt: skip
 @click.option(
     "--shown-action", type=click.Choice([shown.value for shown in ShownAction]), default="before_last",

@@ -21,7 +21,9 @@ LABELS = tuple(channel.label for channel in Channel)
 
 @click.command("record")
 @target
-@click.option("--excite", type=click.Choice([*MOTIONS, "all"]), default="all", show_default=True, help="Motion.")
+@click.option(
+    "--excite", type=click.Choice([*MOTIONS, "all"]), default="all", show_default=True, help="Motion to record."
+)
 @click.option(
     "--scale",
     type=Finite(0.0, 1.0, min_open=True),

@@ -138,7 +138,7 @@ def calibrate(
             found = search(model, begin=found, iterations=MOST_JACOBIANS, worth=ARRIVED, report=report)
             about_s = done_s + whole_s * (len(slope_groups(KEPT)) + 1)
             if found.interrupted is None and found.gain >= ARRIVED:
-                report(f"the fit has not arrived: its last iteration still gained {found.gain:.0%}")
+                report(f"the fit has not converged: its last iteration reduced the residual by {found.gain:.0%}")
         fitted = replace(model, start=model.unit(found.x), free=KEPT)
         try:
             if found.interrupted is None:

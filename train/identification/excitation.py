@@ -113,7 +113,7 @@ def excitation(name: str, *, scale: float = 1.0, channels: tuple[Channel, ...] =
         ValueError: unknown motion, a scale out of range, or no channel.
     """
     if name != "all" and name not in MOTIONS:
-        raise ValueError(f"there is no excitation {name!r}; there are {', '.join(MOTIONS)} and all")
+        raise ValueError(f"unknown excitation {name!r}; choose from {', '.join(MOTIONS)} and all")
     if not 0.0 < scale <= 1.0:
         raise ValueError(f"scale is a share of the safe reach, above 0 and at most 1, not {scale}")
     if not channels:

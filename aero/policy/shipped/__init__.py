@@ -34,7 +34,7 @@ def find_policy(name: str) -> Policy:
     path = Path(name)
     if not path.is_file():
         raise PolicyFileError(
-            f"there is no policy {name!r}; shipped is {', '.join(shipped_policies())}, or give a policy file, "
+            f"unknown policy {name!r}; choose from {', '.join(shipped_policies())}, or give a policy file, "
             "an ONNX file or package.module:factory"
         )
     return load(path)

@@ -17,7 +17,7 @@ from hil.dialogue.printing import echo as print_line
 
 @click.command()
 @click.argument("robot", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--link", type=click.Path(path_type=Path), help="Make PATH a symbolic link to the terminal.")
+@click.option("--link", type=click.Path(path_type=Path), help="Create a symbolic link PATH to the pseudo-terminal.")
 @click.option("--port", help="Serve the servos on this serial port instead, to a physical master.")
 @click.option("--echo", is_flag=True, help="Echo received bytes, like some adapters.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the current noise.")

@@ -57,7 +57,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_report_header(config: pytest.Config) -> list[str]:
     """Return a header line if the project hides packages of aero-hil."""
     if line := hidden():
-        return [f"feetech-robots stands aside: {line}"]
+        return [f"feetech-robots is disabled: {line}"]
     return OPTIONS.header(config)
 
 

@@ -140,7 +140,7 @@ class ServoSetup:
         kind = before.kind
         if (low, high) == (0, 0) and kind.zeros_make_a_motor:
             raise ServoValueError(
-                f"0 and 0 make a motor without positions of an {kind.name}; give 0 {kind.largest_counts}"
+                f"angle limits 0 and 0 put an {kind.name} into motor mode; use 0 and {kind.largest_counts}"
             )
         if (low, high) != (0, 0) and not 0 <= low < high <= kind.largest_counts:
             raise ServoValueError(
@@ -157,7 +157,7 @@ class ServoSetup:
         """
         before = self._known(servo)
         if not before.kind.calibrates:
-            raise ServoValueError(f"servo {servo} is an {before.kind.name}, which cannot make a position its middle")
+            raise ServoValueError(f"servo {servo} ({before.kind.name}) does not support `centre`")
         with self._unlocked(before, (servo,)):
             with suppress(NoAnswerError, DamagedAnswerError):
                 self._bus.calibrate(servo)

@@ -38,7 +38,7 @@ _LOG = logging.getLogger(__name__)
 @click.command()
 @emulation
 @FIRMWARE_PROGRAM
-@click.option("--link", type=LINK, help="Make PATH a symbolic link to the terminal.")
+@click.option("--link", type=LINK, help="Create a symbolic link PATH to the pseudo-terminal.")
 @click.option("--bus-link", type=LINK, help="Also serve the raw servo bus, linked at PATH.")
 @click.option("--bus-port", help="Serve the servos on this serial port, for a physical board; no board is emulated.")
 @click.option("--listen", type=HostAndPort(), help="Also serve the board at rfc2217://HOST:PORT, with DTR and RTS.")

@@ -78,9 +78,9 @@ def compare_command(
 ) -> None:
     """Run equal sessions on FIRST and SECOND, and show the first difference of each session.
 
-    Both are a program of `firmware build` or an emulated version such as 0.2.0. SECOND may also be a file of sessions
-    recorded with `--write`, which FIRST then repeats. Compared are all bytes to the host, to the servos and to the
-    storage, with their times. Exits with 1 for any difference.
+    FIRST and SECOND are each a program of `firmware build` or an emulated version such as 0.2.0. SECOND may also be a
+    file of sessions recorded with `--write`, which FIRST then repeats. The comparison covers all bytes to the host,
+    the servos and the storage, and their times. Exit code 1: any difference.
     """
     frames = packets = differing = 0
     seconds = 0.0

@@ -64,7 +64,7 @@ def act(workbench: Workbench, text: str) -> str:
     chosen = named("act", name, ACTS)
     least = sum(not one.startswith("[") for one in chosen.takes)
     if not least <= len(words) <= len(chosen.takes):
-        raise ValueError(f"it is written {' '.join((name, *chosen.takes))}, not {text!r}")
+        raise ValueError(f"usage: {' '.join((name, *chosen.takes))}, not {text!r}")
     taken: list[Any] = [READS[kind.strip("[]")](word) for kind, word in zip(chosen.takes, words, strict=False)]
     held = HeldSignals()  # half an act would be in no state that another one undoes
     try:

@@ -92,7 +92,7 @@ FAULTS = (
           _event(_restart), at_s=5.0, alike=(Part.SUPPLY, Part.USB)),
     Fault("power_cycle", BOARD, Part.SUPPLY, "power is lost and returns",
           _event(lambda electronics, _: electronics.reset("power_on")), at_s=5.0, alike=(Part.BOARD, Part.USB)),
-    Fault("board_hangs", BOARD, Part.BOARD, "the board does nothing more",
+    Fault("board_hangs", BOARD, Part.BOARD, "board hang",
           _event(lambda electronics, _: electronics.board.stop(), _restart), at_s=5.0, alike=(Part.USB,)),
     Fault("nvs_lost", BOARD, Part.SETUP, "the board restarts without its stored zeros",
           _event(_forget), alike=(Part.BOARD,)),

@@ -141,15 +141,15 @@ def _spoiled(spoil: Spoil) -> Inject:
 
 # fmt: off
 FAULTS = (
-    Fault("servo_silent", BUS, Part.BUS, "a servo now and then does not answer",
+    Fault("servo_silent", BUS, Part.BUS, "intermittent servo",
           _spoiled(_silent), ALL, Severity("ms of every 100", (15, 30, 70), 0, 100)),
     Fault("answers_damaged", BUS, Part.BUS, "answers of a servo are damaged",
           _spoiled(_damaged), ALL, share("answers", 0.05, 0.2, 0.6)),
-    Fault("position_garbage", BUS, Part.SERVO, "a servo reports any position",
+    Fault("position_garbage", BUS, Part.SERVO, "random position readings",
           _spoiled(_garbage), ALL, share("readings", 0.01, 0.05, 0.3)),
     Fault("position_coarse", BUS, Part.SERVO, "a servo reports rounded positions",
           _spoiled(_coarse), ALL, Severity("counts", (8, 16, 64), 1, 1024)),
-    Fault("temperature_wrong", BUS, Part.SERVO, "a servo reports too high a temperature",
+    Fault("temperature_wrong", BUS, Part.SERVO, "temperature readings too high",
           _spoiled(_warmer), ALL, Severity("°C", (10, 20, 40), -100, 100)),
     Fault("current_wrong", BUS, Part.SERVO, "a servo reports a wrong current",
           _spoiled(_current), ALL, Severity("factor", (1.3, 2, 4), 0, 100)),

@@ -52,9 +52,7 @@ def named(what: str, name: str, known: Mapping[str, Known], listed: str = "") ->
         ValueError: unknown name; the line suggests a close one and names the valid ones.
     """
     if name not in known:
-        raise ValueError(
-            f"there is no {what} {name!r}; {meant(name, known)}{listed or 'there are ' + ', '.join(known)}"
-        )
+        raise ValueError(f"unknown {what} {name!r}; {meant(name, known)}{listed or 'choose from ' + ', '.join(known)}")
     return known[name]
 
 
@@ -81,7 +79,7 @@ PLACES: dict[tuple[Channel, ...], str] = {(): "the hand", ALL: "a channel", CABL
 
 def severities(fault: Fault) -> str:
     """Return the mild, medium and severe severity with their unit, as text for display."""
-    return "there or not" if fault.severity is None else str(fault.severity)
+    return "no severity" if fault.severity is None else str(fault.severity)
 
 
 def where(fault: Fault) -> str:

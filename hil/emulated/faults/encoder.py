@@ -134,7 +134,7 @@ def _offset(counts: float, random: Random) -> ReadingChange:
 ZERO = Severity("counts", (40, 120, 400), -2048, 2048)
 # fmt: off
 FAULTS = (
-    Fault("encoder_scale", ENCODER, Part.SERVO, "an encoder reads too much",
+    Fault("encoder_scale", ENCODER, Part.SERVO, "encoder scale error",
           on_shaft(lambda assembly, fault: Scaled(assembly.shafts, fault.where, fault.severity)),
           ALL, Severity("factor", (1.02, 1.05, 1.2), 0.5, 2)),
     # SETUP is an alternative part, because homing corrects a zero that was displaced once, whatever the cause.
@@ -147,9 +147,9 @@ FAULTS = (
           ALL, Severity("counts/s", (0.5, 2, 10), -100, 100)),
     Fault("encoder_noise", ENCODER, Part.SERVO, "an encoder is noisy",
           _encoder(_noisy), ALL, Severity("counts rms", (3, 10, 40), 0, 1024)),
-    Fault("encoder_frozen", ENCODER, Part.SERVO, "an encoder always reads the same",
+    Fault("encoder_frozen", ENCODER, Part.SERVO, "frozen encoder",
           on_shaft(lambda assembly, fault: Frozen(assembly.shafts, fault.where, lambda true, seconds: true)), ALL),
-    Fault("encoder_quantised", ENCODER, Part.SERVO, "an encoder's steps are coarse",
+    Fault("encoder_quantised", ENCODER, Part.SERVO, "coarse encoder resolution",
           _encoder(_quantised), ALL, Severity("counts", (8, 16, 64), 1, 1024)),
     Fault("encoder_play", ENCODER, Part.SERVO, "backlash at a shaft",
           _encoder(lambda play, _: Play(play * RAD_PER_COUNT)), ALL, Severity("counts", (15, 40, 150), 0, 2048)),

@@ -141,7 +141,7 @@ class Injection:
         fault, name = self.fault, self.fault.name
         bounds = (1.0, 1.0) if fault.severity is None else (fault.severity.low, fault.severity.high)
         if not (math.isfinite(self.severity) and bounds[0] <= self.severity <= bounds[1]):
-            wanted = f"goes from {bounds[0]:g} to {bounds[1]:g} {self.unit}" if self.unit else "is there or not (1)"
+            wanted = f"goes from {bounds[0]:g} to {bounds[1]:g} {self.unit}" if self.unit else "has no severity (1)"
             raise ValueError(f"the fault {name} {wanted}, not {self.severity:g}")
         if self.channel not in (fault.channels or (None,)):
             known = ", ".join(channel.label for channel in fault.channels)

@@ -63,7 +63,7 @@ def refuse_at_a_port(faults: Iterable[Injection]) -> None:
 
 # fmt: off
 FAULTS = (
-    Fault("host_stalls", FaultLayer.HOST, Part.COMPUTER, "the program is held up now and then",
+    Fault("host_stalls", FaultLayer.HOST, Part.COMPUTER, "scheduling stalls of the program",
           _stalls, severity=Severity("s", (0.02, 0.1, 0.5), 0, 60)),
 )
 # fmt: on

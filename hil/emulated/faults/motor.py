@@ -99,13 +99,13 @@ def _runaway(drive: Drive, share: float, unit: Unit) -> Drive:
 FAULTS = (
     Fault("motor_dead", MOTOR, Part.SERVO, "a motor gets no current",
           _motor(lambda drive, severity, unit: UNPOWERED), ALL, excludes="motor"),
-    Fault("motor_weak", MOTOR, Part.SERVO, "a motor gives little torque for its current",
+    Fault("motor_weak", MOTOR, Part.SERVO, "reduced torque constant",
           on_shaft(lambda assembly, fault: Weak(assembly.shafts, fault.where, fault.severity)),
           ALL, Severity("of torque lost", (0.15, 0.4, 0.8), 0.0, 0.99)),
     Fault("motor_intermittent", MOTOR, Part.SERVO, "a motor has a bad contact",
           on_shaft(lambda assembly, fault: Intermittent(assembly.shafts, fault.where, fault.severity)),
           ALL, share("time off", 0.1, 0.3, 0.7)),
-    Fault("motor_runaway", MOTOR, Part.SERVO, "a motor only closes",
+    Fault("motor_runaway", MOTOR, Part.SERVO, "runaway motor, always closing",
           _motor(_runaway), ALL, share("stall torque", 0.2, 0.4, 1.0), excludes="motor"),
 )
 # fmt: on

@@ -80,7 +80,7 @@ def _hot(assembly: HandAssembly, fault: Injection) -> Active:
 # fmt: off
 FAULTS = (
     Fault("servo_missing", SERVO, Part.BUS, "a servo is not on the bus", _missing, ALL, alike=(Part.SERVO,)),
-    Fault("servo_id_doubled", SERVO, Part.SERVO, "a servo has its neighbour's ID too", _double, ALL, excludes="id"),
+    Fault("servo_id_doubled", SERVO, Part.SERVO, "duplicate servo ID", _double, ALL, excludes="id"),
     Fault("finger_ids_exchanged", SERVO, Part.SERVO, "two fingers' IDs are exchanged",
           _exchange, FINGERS[:3], excludes="id"),
     Fault("thumb_ids_exchanged", SERVO, Part.SERVO, "the IDs of two thumb servos are exchanged",

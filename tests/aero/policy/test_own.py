@@ -96,7 +96,7 @@ WRONG = {
     'field = "last_action"': ('field = "speed"', "no field 'speed'"),
     '["index", "middle", "ring", "pinky", "thumb_cmc': ('["index", "index", "ring", "pinky", "thumb_cmc', "once each"),
     '"thumb_flexor", "thumb_abduction"]': ('"thumb_flexor"]', "failed on an observation of 13"),
-    "torque_limit = 0.5": ("torque = 0.5", "knows no 'torque'"),
+    "torque_limit = 0.5": ("torque = 0.5", "unknown 'torque'"),
     "scale = [0.02, 0.02,": ("scale = [0.02,", "scale needs one number or 7"),
     "nominal = [0.09,": ("nominal = [nan,", "nominal must be finite"),
 }
@@ -266,7 +266,7 @@ def test_a_file_without_a_clip_bounds_actions_to_one():
     ("text", "said"),
     [
         ('[observation]\n"" = 1', "two brackets"),
-        ('[[observation]]\n"" = 1', "knows no ''"),
+        ('[[observation]]\n"" = 1', "unknown ''"),
         ("observation = [1]", "an observation is a table, got 1"),
         ('action = 3\n[[observation]]\nfield = "lengths"', "the action is a table, got 3"),
     ],

@@ -47,5 +47,5 @@ def test_a_path_is_taken_where_the_name_is_no_shipped_one(tmp_path):
 
 
 def test_an_unknown_name_is_refused_with_the_names_there_are():
-    with pytest.raises(PolicyFileError, match="shipped is steady"):
+    with pytest.raises(PolicyFileError, match="choose from steady"):
         find_policy("slow")

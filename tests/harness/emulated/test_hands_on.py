@@ -42,14 +42,14 @@ def test_words_are_done_in_the_thread_that_serves_and_told_once(served):
 @pytest.mark.parametrize(
     ("line", "says"),
     [
-        ("inject gremlin", "there is no fault 'gremlin'"),
+        ("inject gremlin", "unknown fault 'gremlin'"),
         ("inject host_stalls", "the program's end"),
-        ("dance", "there is no act 'dance'"),
-        ("command ring fast", "it is written command CHANNEL PERCENT"),
-        ("command", "there is no channel ''"),
-        ("command ring", "it is written command CHANNEL PERCENT"),
-        ("command ring 40 50", "it is written command CHANNEL PERCENT"),
-        ("command ring nan", "it is written command CHANNEL PERCENT"),
+        ("dance", "unknown act 'dance'"),
+        ("command ring fast", "usage: command CHANNEL PERCENT"),
+        ("command", "unknown channel ''"),
+        ("command ring", "usage: command CHANNEL PERCENT"),
+        ("command ring 40 50", "usage: command CHANNEL PERCENT"),
+        ("command ring nan", "usage: command CHANNEL PERCENT"),
         ("inject encoder_noise=1e300", "goes from 0 to 1024 counts rms"),
     ],
 )

@@ -199,10 +199,10 @@ def test_a_recording_holds_what_was_done_and_when(target):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("", "there is no act"),
+        ("", "unknown act"),
         ("exchange_servo ring pinky", "did you mean `exchange_servos"),
-        ("exchange_servos ring", "it is written exchange_servos CHANNEL CHANNEL"),
-        ("feel toe", "there is no channel 'toe'"),
+        ("exchange_servos ring", "usage: exchange_servos CHANNEL CHANNEL"),
+        ("feel toe", "unknown channel 'toe'"),
         ("replace wheel", "there is no part 'wheel'"),
         ("cable_on ring", "is on its spool"),
         ("inject winding_reversed", "is built in"),
