@@ -1,11 +1,9 @@
-"""Means of faults outside the catalogue: faults that look at the hand, wires, registers, passages of bytes."""
+"""Means of faults outside the catalogue: faults that look at the hand, wires, passages of bytes."""
 
 from dataclasses import replace
 
 from aero.channels import CABLES, Channel
 from firmware_emulator.firmware.frames import FRAME, FRAME_SIZE, Opcode
-from firmware_emulator.servo.memory import encode_signed
-from firmware_emulator.servo.models import REGISTERS
 from hil.emulated.faults.assembly import Active
 from hil.emulated.faults.bus import SpoiledAnswers
 from hil.emulated.faults.fault import FaultLayer
@@ -13,7 +11,7 @@ from hil.emulated.faults.link import LinkFault
 from hil.emulated.faults.link_faults import LinkEffect
 from hil.emulated.faults.mechanics import JOINTS
 from hil.emulated.faults.motor import UNPOWERED, on_shaft, weaker
-from hil.emulated.faults.servo import servo_of, store
+from hil.emulated.faults.servo import servo_of
 from hil.emulated.faults.shaft_fault import ShaftFault
 
 PIECE_S = 0.002
@@ -138,32 +136,6 @@ def watching(assembly, seconds, look, end=lambda: None):
 def wire(shafts, lost, *, is_plug):
     """A bad wire before the motors of `shafts`; `lost` makes its law of an assembly and a fault."""
     return on_shaft(lambda assembly, fault: Wire(assembly, shafts, lost(assembly, fault), is_plug=is_plug))
-
-
-def in_memory(values):
-    """Other numbers in a servo's registers; what has been overwritten since is not put back."""
-
-    def inject(assembly, fault):
-        servo = servo_of(assembly.electronics, fault.where)
-        wrong, right = values(assembly, fault), {}
-
-        def put(name, value):
-            sign = REGISTERS[name].sign_bit
-            store(servo, name, encode_signed(value, sign) if sign else value)
-
-        def begin():
-            for name, value in wrong.items():
-                right[name] = servo.memory.get(name)
-                put(name, value)
-
-        def clear():
-            for name, value in right.items():
-                if servo.memory.get(name) == wrong[name]:
-                    put(name, value)
-
-        return Active(begin, clear)
-
-    return inject
 
 
 def passing(direction, make):
