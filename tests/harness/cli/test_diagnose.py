@@ -59,6 +59,7 @@ def test_what_a_person_sees_convicts_without_another_run(tmp_path):
     *_, done, _mend = read_case(folder).case.done
     assert (done.outcomes, done.note) == ((StepOutcome.YES,), "the spring is off")
     assert (folder / "case.html").is_file()
+    assert ended.output.rstrip().endswith("case.html")
 
 
 @contextmanager
@@ -175,6 +176,7 @@ def run_words(*words):
     return CliRunner().invoke(main, list(map(str, words)))
 
 
+@pytest.mark.slow
 def test_a_case_of_an_emulated_hand_keeps_its_zeros(tmp_path):
     """A staircase with ideal zeros failed, and the rerun with homed ones said that the failure was gone."""
     words = ("--only", "presence", "--only", "staircase", "--zeros", "ideal", "--fault", "cable_long:ring=0.002")

@@ -210,6 +210,7 @@ def test_a_case_ends_with_a_command_that_names_version_and_side(ended, command, 
     assert asker.told[-1].conclusion.endswith(f" Then validate again: {command}")
 
 
+@pytest.mark.slow
 def test_a_newcomer_sees_a_whole_case_on_the_emulated_hand_of_the_run(tmp_path):
     run = ["--only", "presence", "--only", "audit", "--fault", "motor_dead:ring", "--out", str(tmp_path)]
     CliRunner().invoke(main, ["validate", *run])

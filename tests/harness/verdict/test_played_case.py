@@ -61,9 +61,8 @@ def test_what_homing_or_eyes_find_is_answered_by_what_the_hand_shows():
     assert is_right(played.told[0], parse_fault("digit_jammed:ring"))
 
 
-@pytest.mark.parametrize(
-    "slip", [slip if slip is Slip.DOES_NOTHING else pytest.param(slip, marks=pytest.mark.slow) for slip in Slip]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("slip", Slip)
 def test_an_owner_who_makes_a_mistake_convicts_no_good_part(slip):
     """Servos that kept their IDs convicted a good digit, after 39 minutes, to be taken apart."""
     fault = parse_fault("motor_dead:ring")
