@@ -23,11 +23,9 @@ from hil.dialogue.printing import echo
 from hil.dialogue.terminal import console
 from hil.dialogue.terminal_asker import TerminalAsker
 from hil.emulated.emulated_case import EmulatedCaseHand, emulated_hand
-from hil.emulated.emulated_spec import named_spec
-from hil.emulated.standing_hand import StandingHand
 from hil.report.run_folder import CASE_PAGE
-from hil.targets.hand_spec import PHYSICAL, PortSpec
-from hil.targets.hands_file import called, fields_of
+from hil.targets.hand_spec import PHYSICAL, PortSpec, named_port
+from hil.targets.hands_file import EMULATED_TARGETS, called, fields_of
 from hil.targets.opening import serial_number
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase
@@ -117,19 +115,20 @@ def _emulated(known: HandOfCase, case: DiagnosisCase) -> CaseHand:
     """Return the emulated hand of a case in its state after the last step."""
     if known.unit == PHYSICAL:
         raise click.UsageError("the case is of a hand on a port; give it with --hil")
-    hand = EmulatedCaseHand(StandingHand(emulated_hand(known)))
+    hand = EmulatedCaseHand(emulated_hand(known))
     hand.redo(case)
     return hand
 
 
 def _on_port(known: HandOfCase, port: str, *, same_hand: bool) -> CaseHand:
     """Return the hand on a port after checking that it is the case's."""
-    hand = named_spec(_name_of(port, known.hand_id))
-    if hand.in_software:
+    said = fields_of(port)
+    if said["port"] in EMULATED_TARGETS:
         raise click.UsageError("a port or a name is given with --hil; leave it out for the emulated hand of the case")
+    hand = named_port(_name_of(port, known.hand_id))
     if not same_hand:
         serial = serial_number(hand.port)
-        known.require_same({"hand_id": hand.hand_id or serial, "serial_number": serial, **fields_of(port)})
+        known.require_same({"hand_id": hand.hand_id or serial, "serial_number": serial, **said})
     side: Side = "left" if known.side == "left" else "right"
     baseline = Path(known.baseline) if known.baseline else hand.baseline
     return HandOnPort(replace(hand, firmware=known.firmware, side=side, baseline=baseline))

@@ -1,7 +1,7 @@
 """Emulated hand of a case, with a helper that does the steps."""
 
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -10,14 +10,17 @@ from aero.channels import FINGERS, Channel
 from aero.errors import AeroError
 from aero.protocol import MAX_CODE
 from aero.safety import SafetyStopError
+from hil.emulated.any_hand import EmulatedOpening, in_process
+from hil.emulated.emulated_hand import build_emulated, host_link
 from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults import parse_fault
 from hil.emulated.faults.acts import act
+from hil.emulated.faults.schedule import Schedule
 from hil.emulated.faults.workbench import EMPTIED
-from hil.emulated.standing_hand import StandingHand
 from hil.recordings.recording import Header
 from hil.targets.hand_errors import NoHandError
 from hil.targets.hand_spec import PortSpec
+from hil.targets.opening import first_reading
 from hil.targets.target import Target
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import HandOfCase
@@ -25,6 +28,7 @@ from hil.verdict.group import Proposal
 from hil.verdict.noticed import Differences, Flashed, Noticed, Place, Removed, Voltages
 from hil.verdict.part import Part
 from hil.verdict.steps import StepOutcome
+from model.units.plausible import unit_named
 
 ASIDE = {"computer": (Part.COMPUTER, Part.DRIVER)}
 """Parts replaced temporarily during a step."""
@@ -48,31 +52,53 @@ CLOSES_S, READS_S = 2.0, 0.05
 
 
 class EmulatedCaseHand:
-    """Emulated hand on its workbench; changes persist until the hand is closed."""
+    """Emulated hand on virtual time with its workbench; changes persist until it is closed.
 
-    def __init__(self, bench: StandingHand) -> None:
-        """Wrap the hand on a workbench."""
-        self.bench, self.spec, self.clock = bench, bench.spec, bench.clock
-        self.helper = self
+    Each `open` stands for a new program at the port of a physical hand.
+    """
 
-    def open(self, *, may_be_silent: bool = False) -> AbstractContextManager[Target]:
-        """Open the hand."""
-        return self.bench.open(may_be_silent=may_be_silent)
+    def __init__(self, spec: EmulatedSpec) -> None:
+        """Build the hand with its faults.
+
+        Raises:
+            ValueError: an unknown unit, or a fault that cannot be injected into this hand.
+        """
+        self.spec, self.helper = spec, self
+        self._opening = EmulatedOpening(spec, unit=unit_named(spec.unit), schedule=Schedule(spec.faults, spec.seed))
+        self.electronics, self.workbench = build_emulated(self._opening.unit, spec, schedule=self._opening.schedule)
+        self.clock = self.electronics.clock
+
+    @contextmanager
+    def open(self, *, may_be_silent: bool = False) -> Iterator[Target]:
+        """Open the hand; the first call homes it if `spec.homed`.
+
+        Raises:
+            NoHandError: the hand does not answer, unless it may be silent.
+        """
+        opening = self._opening
+        self._opening = replace(opening, spec=replace(opening.spec, homed=False))
+        with in_process(opening, self.workbench, host_link(self.workbench)) as target:
+            first_reading(target.hand, opening.delays, opening.spec.port, required=not may_be_silent)
+            yield target
+
+    def close(self) -> None:
+        """Stop the emulation."""
+        self.electronics.close()
 
     def do(self, proposal: Proposal) -> str:
         """Do a step and return a description of the action; parts replaced for the step before are put back first."""
-        self.bench.workbench.put_back()
+        self.workbench.put_back()
         name = proposal.step.name
         at, beside = ("" if one is None else one.label for one in (proposal.at, proposal.beside))
-        said = [act(self.bench.workbench, words.format(at=at, beside=beside)) for words in ACTS.get(name, ())]
+        said = [act(self.workbench, words.format(at=at, beside=beside)) for words in ACTS.get(name, ())]
         if parts := ASIDE.get(name):
-            self.bench.workbench.set_aside(*parts)
+            self.workbench.set_aside(*parts)
             said.append("took another computer with aero-hil as released")
         return "; ".join(said) or "left everything as it is"
 
     def see(self, proposal: Proposal) -> Noticed:
         """Look, measure or read as a step requires; return the observation."""
-        bench = self.bench.workbench
+        bench = self.workbench
         bench.put_back()
         places = [one for one in (proposal.at, proposal.beside) if one is not None]
         looks: dict[str, Callable[[], Noticed]] = {
@@ -100,9 +126,9 @@ class EmulatedCaseHand:
                 self.do(done.proposal)
 
     def _measure(self) -> Voltages:
-        bench, least = self.bench.workbench, self.bench.workbench.volts()
+        bench, least = self.workbench, self.workbench.volts()
         rest = least
-        with suppress(AeroError, OSError, SafetyStopError, NoHandError), self.bench.open() as target:
+        with suppress(AeroError, OSError, SafetyStopError, NoHandError), self.open() as target:
             target.hand.command_codes([MAX_CODE if channel in FINGERS else 0 for channel in Channel])
             until = self.clock.now() + CLOSES_S
             while self.clock.now() < until:
@@ -111,7 +137,7 @@ class EmulatedCaseHand:
         return Voltages(rest, least, bench.usual_volts)
 
     def _version(self) -> Flashed:
-        assembly = self.bench.workbench.assembly
+        assembly = self.workbench.assembly
         return Flashed(assembly.firmware, assembly.board_side, self.spec.firmware, self.spec.side)
 
 

@@ -22,7 +22,6 @@ from hil.emulated.emulated_case import EmulatedCaseHand
 from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults.fault import FaultLayer, Injection
 from hil.emulated.faults.winding import NEIGHBOUR
-from hil.emulated.standing_hand import StandingHand
 from hil.report.results import write_results
 from hil.targets.hand_errors import NoHandError
 from hil.verdict.case import DiagnosisCase
@@ -75,7 +74,7 @@ class Owner:
         if not exchanges or question.text != READY or self._slip in {None, Slip.WRONG_ANSWER}:
             return None
         if self._slip is Slip.WRONG_PAIR:
-            self._hand.bench.workbench.exchange_servos(self._beside, self._third)
+            self._hand.workbench.exchange_servos(self._beside, self._third)
         return StepOutcome.STAYS
 
     @property
@@ -180,8 +179,8 @@ def play(
     spec = EmulatedSpec(
         firmware=firmware, side=side, unit=unit, seed=seed, guarded=True, homed=True, faults=tuple(faults)
     )
-    with TemporaryDirectory() as name, closing(StandingHand(spec)) as standing:
-        folder, hand = Path(name), EmulatedCaseHand(standing)
+    with TemporaryDirectory() as name, closing(EmulatedCaseHand(spec)) as hand:
+        folder = Path(name)
         owner = Owner(hand, slip)
         found, busy, ended, session = True, False, "", None
         try:
@@ -191,7 +190,7 @@ def play(
             hand.clock.sleep_until(hand.clock.now() + REST_S)
             run = None
             try:
-                with standing.open(may_be_silent=True) as target:
+                with hand.open(may_be_silent=True) as target:
                     run = validate(target)
             except SafetyStopError:  # found when the hand is closed; the readings stay valid
                 if run is None:
@@ -203,6 +202,6 @@ def play(
                 session.go_through()
         except (NoHandError, AeroError, OSError, SafetyStopError) as error:
             ended = f"{type(error).__name__}: {error}"
-        broken = any(one.startswith("inject") for one in standing.workbench.acts_present)
+        broken = any(one.startswith("inject") for one in hand.workbench.acts_present)
     case = None if session is None else session.case
     return Played(found, case, busy, ended, process_time() - start, broken, tuple(owner.shown))

@@ -13,10 +13,9 @@ from hil.cli.exits import Ended, usage_errors
 from hil.cli.options import FAULT_HELP, RECORD, link_recorded
 from hil.cli.output_files import LINK, RECORDED
 from hil.dialogue.printing import echo
-from hil.emulated.emulated_spec import named_spec
 from hil.emulated.faults import Schedule, parse_fault
 from hil.emulated.faults.proxy import LinkProxy
-from hil.targets.hand_spec import PHYSICAL
+from hil.targets.hand_spec import PHYSICAL, named_port
 
 
 @click.command()
@@ -33,7 +32,7 @@ def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], record: Path
     """
     with noted(signal.SIGINT, signal.SIGTERM) as stopped:
         with usage_errors():
-            spec = named_spec(port)
+            spec = named_port(port)
             schedule = Schedule(map(parse_fault, faults))
             if link is not None:
                 LINK.distinct(link)

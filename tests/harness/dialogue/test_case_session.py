@@ -17,7 +17,6 @@ from hil.emulated.any_hand import open_target
 from hil.emulated.emulated_case import ACTS, EmulatedCaseHand
 from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults import parse_fault
-from hil.emulated.standing_hand import StandingHand
 from hil.targets.hand_errors import NoHandError
 from hil.targets.hand_spec import PortSpec
 from hil.verdict.case import DiagnosisCase, Done
@@ -105,9 +104,9 @@ def test_a_board_that_waits_for_the_rest_of_a_frame_gets_it(tmp_path):
     lost = AmbiguityGroup(Failures({("session", "lost_replies", "hand"): 3.0}), frozenset({Suspect(Part.SETUP)}))
     once = replace(SETUP, case=replace(SETUP.case, opened=(lost,)))
     write_case(tmp_path, once)
-    with closing(StandingHand(EmulatedSpec())) as standing:
+    with closing(EmulatedCaseHand(EmulatedSpec())) as standing:
         standing.electronics.board.receive(b"M105\n")
-        session = CaseSession(once, tmp_path, EmulatedCaseHand(standing), asker := Silent())
+        session = CaseSession(once, tmp_path, standing, asker := Silent())
         session.go_through()
     (done,) = session.case.done
     assert (done.proposal.step.name, done.outcomes) == ("again", (StepOutcome.GONE,))
@@ -117,14 +116,13 @@ def test_a_board_that_waits_for_the_rest_of_a_frame_gets_it(tmp_path):
 def test_a_part_is_replaced_until_the_next_step(tmp_path):
     """A board that homed was asked a second time from the old computer, which was then cleared."""
     stalls = parse_fault("host_stalls=0.5")
-    with closing(StandingHand(EmulatedSpec(faults=(stalls,)))) as standing:
-        hand = EmulatedCaseHand(standing)
+    with closing(EmulatedCaseHand(EmulatedSpec(faults=(stalls,)))) as hand:
         hand.do(Proposal(steps()["computer"]))
         for _ in range(2):
             with hand.open():
-                assert f"inject {stalls}" not in standing.workbench.acts_present
+                assert f"inject {stalls}" not in hand.workbench.acts_present
         hand.do(Proposal(steps()["again"]))
-        assert f"inject {stalls}" in standing.workbench.acts_present
+        assert f"inject {stalls}" in hand.workbench.acts_present
 
 
 def test_a_hand_that_no_step_lets_answer_still_fails(tmp_path):
