@@ -25,6 +25,7 @@ from aero.protocol import (
 from aero.safety import Region, SafetyReason, Thresholds
 from aero.safety.port_guard import PortState
 from aero.safety.shared_port import SharedPort
+from hil.emulated.faults import parse_fault
 
 LIMP = Thresholds().limp_torque
 OPEN_DEG = 25.0
@@ -129,6 +130,19 @@ def test_no_end_of_a_client_leaves_a_hand_closed(firmware, grip, end):
     assert (found.state, port.stops[-1].doubt) == (PortState.REFUSING, None), port.stops
     assert found.bend_deg < OPEN_DEG
     assert firmware == "pre" or found.torque == LIMP
+
+
+def test_a_hand_that_does_not_open_is_said_to_be_in_doubt():
+    """The opening ends with a doubt, and is begun again; it is no wait for a homing that nobody asked for."""
+    with guarded_port() as port:
+        t = port.line.clock.now()
+        port.line.script += stream(t + BEGIN_S, END_S - BEGIN_S, [GRIPS["fist"]])
+        jam = parse_fault("gear_jammed:ring")
+        port.electronics.kernel.call_at(t + END_S, port.workbench.inject, jam)
+        killed(port, t + END_S)
+        found = port.run(30.0)
+    assert found.state is PortState.OPENING
+    assert port.stops[-1].doubt
 
 
 @pytest.mark.parametrize("firmware", ["0.1.5", "0.2.0"])

@@ -35,6 +35,12 @@ def test_an_emulated_hand_is_opened_as_asked():
         assert target.truth.plant.joint_angles().shape == (16,)
 
 
+@pytest.mark.parametrize("real_time", [False, True])
+def test_an_emulated_hand_runs_in_the_time_that_was_asked_for(real_time):
+    with hil.emulate(real_time=real_time) as target:
+        assert target.real_time is real_time
+
+
 def test_a_missing_port_is_named_with_what_to_try():
     context = open_target("/dev/ttyNoSuchHand")
     with pytest.raises(NoHandError, match=r"(?s)/dev/ttyNoSuchHand.*ttyACM0"), context:
