@@ -107,7 +107,7 @@ def gone_through(tab, act):
             return closed[0], seen
         if "Done" in now:
             step = re.search(r"Next step.*", shown)[0]
-            if "Exchange the servo" in step and not exchanged:
+            if "Exchange it with" in step and not exchanged:
                 assert tab.get_by_role("img", name="Touch: Ring").count()
                 act("exchange_servos ring middle")
                 exchanged = True
