@@ -97,14 +97,16 @@ class BuiltSimulator(Simulator):
         )
         self._map = ActuationMap()
 
-    def replace(self, slot: int, scene: CompiledHand, correction: Floats) -> None:
-        """Replace the hand and its correction (7,) in a slot of the batch."""
+    def replace(self, slot: int, scene: CompiledHand, correction: Floats, facts: Floats) -> None:
+        """Replace the hand, its correction (7,) and its constants for the critic (HAND_FACTS,) in a slot."""
         self.models[slot], self._scenes[slot] = scene.model, scene
-        self._corrections[slot, 0] = correction
+        self._corrections[slot, 0], self.facts[slot] = correction, facts
 
     def part(self, slots: Sequence[int], threads: int | None = None) -> BuiltSimulator:
         """Return the hands of these slots as a separate batch."""
-        return BuiltSimulator([self._scenes[slot] for slot in slots], self._corrections[slots, 0], threads)
+        part = BuiltSimulator([self._scenes[slot] for slot in slots], self._corrections[slots, 0], threads)
+        part.facts = self.facts[slots]
+        return part
 
     def advance(self, states: Floats, controls: Floats) -> tuple[Floats, Floats]:
         """Step every scene; see `Simulator.advance`."""

@@ -89,8 +89,13 @@ def over_mjx(model: mujoco.MjModel, draws: Draws | None = None) -> Advance:
 STARTS = 8
 """Number of prepared starts per environment."""
 
-Starts = tuple[Array, Array]
-"""States (batch, starts, state size) and sensors (batch, starts, 43)."""
+Starts = tuple[Array, Array, Array]
+"""States (batch, starts, state size), sensors (batch, starts, 43), the hands' constants (batch, HAND_FACTS)."""
+
+RUNNING_STEPS = (100, 2400)
+"""Range of the ages of a running episode, control steps, from which another episode can start: 5 to 120 s."""
+KEPT_EVERY = 200
+"""Mean number of control steps between two kept states of a running episode."""
 
 
 def prepare_starts(
@@ -99,8 +104,8 @@ def prepare_starts(
     rng: np.random.Generator,
     count: int = STARTS,
     check: StopCheck = lambda: None,
-) -> tuple[Floats, Floats]:
-    """Return states (batch, count, state size) and sensors (batch, count, 43) of random starts per environment.
+) -> tuple[Floats, Floats, Floats]:
+    """Return states (batch, count, state size), sensors (batch, count, 43) and constants of random starts.
 
     `check` is called before each batch of physics.
     """
@@ -111,7 +116,7 @@ def prepare_starts(
         starts = draw_starts(rng, len(simulator), task.reset)
         states.append(simulator.at(starts))
         sensors.append(simulator.sensors_at(starts, nominal))
-    return np.stack(states, axis=1), np.stack(sensors, axis=1)
+    return np.stack(states, axis=1), np.stack(sensors, axis=1), simulator.facts
 
 
 class Prices(NamedTuple):
@@ -130,7 +135,11 @@ class EnvironmentState(NamedTuple):
     """State of the physics, (batch, state size)."""
     episode: Episode
     observation: dict[str, Array]
-    """Observations: the actor's `state`, (batch, 14), and the critic's `privileged_state`, (batch, 81)."""
+    """Observations: the actor's `state`, (batch, 14), and the critic's `privileged_state`, (batch, 81 + facts)."""
+    age: Array
+    """Control steps since the cube was placed, over all episodes from kept states, (batch,)."""
+    kept: tuple[Array, Episode, dict[str, Array], Array]
+    """Kept state of a running episode: physics, episode, observation and age; an age of 0 is none."""
     rate: Array
     """Running mean of each hand's rotation rate over its episodes, (batch,), rad/s."""
     starts: Starts
@@ -154,37 +163,48 @@ class EnvironmentStep(NamedTuple):
 class CubeEnvironment:
     """Batch of cube tasks; the starts and models of the advance function give its size."""
 
-    def __init__(self, task: Task, advance: Advance, turning: TurningWeight | None = None) -> None:
-        """Create environments that step by `advance` and weight each hand's rotation reward by `turning`."""
-        self._task, self._advance, self._turning = task, advance, turning
+    def __init__(
+        self, task: Task, advance: Advance, turning: TurningWeight | None = None, *, from_running: float = 0.0
+    ) -> None:
+        """Create environments.
+
+        Args:
+            task: the task.
+            advance: the physics.
+            turning: weight of each hand's rotation reward by its rate; None for a constant one.
+            from_running: share of the episodes that continue from a kept state of a running episode.
+        """
+        self._task, self._advance, self._turning, self._from_running = task, advance, turning, from_running
 
     def begin(self, starts: Starts, key: Array, *, staggered: bool = False) -> EnvironmentState:
         """Start every environment; `staggered` episodes get random ages, so that they do not all end at once."""
-        states, sensors = (jnp.asarray(array, jnp.float32) for array in starts)
+        prepared: Starts = jax.tree.map(lambda array: jnp.asarray(array, jnp.float32), starts)
         key, draw, age = jax.random.split(key, 3)
-        at, episode, observation = self._fresh((states, sensors), draw)
+        at, episode, observation = self._fresh(prepared, draw)
         if staggered:
             ages = jax.random.randint(age, episode.periods.shape, 0, self._task.episode_steps)
             episode = episode._replace(periods=ages.astype(jnp.float32))
-        return EnvironmentState(at, episode, observation, jnp.zeros(len(states)), (states, sensors), key)
+        none = jnp.zeros(len(at))
+        return EnvironmentState(at, episode, observation, none, (at, episode, observation, none), none, prepared, key)
 
     def renew(self, standing: EnvironmentState, slots: Array, starts: Starts) -> EnvironmentState:
         """Return the state with new hands in `slots` (count,), started at `starts`."""
         key, draw = jax.random.split(standing.key)
-        states, sensors = (
-            old.at[slots].set(jnp.asarray(new, jnp.float32)) for old, new in zip(standing.starts, starts, strict=True)
+        prepared: Starts = jax.tree.map(
+            lambda old, new: old.at[slots].set(jnp.asarray(new, jnp.float32)), standing.starts, starts
         )
-        new = jnp.zeros(len(states), bool).at[slots].set(True)
+        new = jnp.zeros(len(standing.rate), bool).at[slots].set(True)
         running = (standing.states, standing.episode, standing.observation)
-        fresh = self._fresh((states, sensors), draw)
+        fresh = self._fresh(prepared, draw)
         at, episode, observation = jax.tree.map(lambda one, other: _choose(new, one, other), fresh, running)
-        return EnvironmentState(at, episode, observation, jnp.where(new, 0.0, standing.rate), (states, sensors), key)
+        age, rate, kept = (jnp.where(new, 0.0, old) for old in (standing.age, standing.rate, standing.kept[3]))
+        return EnvironmentState(at, episode, observation, age, (*standing.kept[:3], kept), rate, prepared, key)
 
     def step(
         self, standing: EnvironmentState, action: Array, prices: Prices
     ) -> tuple[EnvironmentState, EnvironmentStep]:
         """Advance every environment by one control period and restart the ended episodes."""
-        key, noise_key, start_key = jax.random.split(standing.key, 3)
+        key, noise_key, start_key, keep_key, again_key = jax.random.split(standing.key, 5)
         task = self._priced(standing.rate, prices)
         episode, controls = command(task, standing.episode, action)
         states, sensors = self._advance(standing.states, controls)
@@ -206,10 +226,22 @@ class CubeEnvironment:
         rate = standing.rate
         if self._turning is not None:
             rate = rate + (rotation - rate) / self._turning.memory_steps
-        ended = (states, episode, {"state": outcome.observation, "privileged_state": outcome.critic})
-        fresh = self._fresh(standing.starts, start_key)
-        at, episode, observation = jax.tree.map(lambda new, old: _choose(over, new, old), fresh, ended)
-        return EnvironmentState(at, episode, observation, rate, standing.starts, key), step
+        critic = jnp.concatenate([outcome.critic, standing.starts[2]], axis=-1)
+        age = standing.age + 1
+        ended = (states, episode, {"state": outcome.observation, "privileged_state": critic}, age)
+        fresh = (*self._fresh(standing.starts, start_key), 0 * age)
+        kept = standing.kept
+        if self._from_running:
+            first, last = RUNNING_STEPS
+            chosen = jax.random.uniform(keep_key, age.shape) * KEPT_EVERY < 1.0
+            keep = chosen & ~over & (age >= first) & (age <= last)
+            kept = jax.tree.map(lambda new, old: _choose(keep, new, old), ended, kept)
+            kept = (*kept[:3], jnp.where(lost, 0.0, kept[3]))  # an episode from it might begin within the loss
+            again = (jax.random.uniform(again_key, age.shape) < self._from_running) & (kept[3] > 0)
+            begun = (kept[0], kept[1]._replace(periods=0 * age), *kept[2:])
+            fresh = jax.tree.map(lambda new, old: _choose(again, new, old), begun, fresh)
+        at, episode, observation, age = jax.tree.map(lambda new, old: _choose(over, new, old), fresh, ended)
+        return EnvironmentState(at, episode, observation, age, kept, rate, standing.starts, key), step
 
     def _priced(self, rate: Array, prices: Prices) -> Task:
         """Return the task with these prices and the rotation weight for each hand's running rate."""
@@ -223,11 +255,12 @@ class CubeEnvironment:
         batch, count = starts[0].shape[:2]
         which_key, actuation_key, noise_key = jax.random.split(key, 3)
         which = jax.random.randint(which_key, (batch,), 0, count)
-        states, sensors = (array[jnp.arange(batch), which] for array in starts)
+        states, sensors = (array[jnp.arange(batch), which] for array in starts[:2])
         episode = begin(self._task, sensors, jax.random.uniform(actuation_key, (batch, actuation.DRAWS)))
         noise = jax.random.uniform(noise_key, (batch, ACTION_SIZE), minval=-1.0, maxval=1.0)
         observation = observed(self._task, episode, noise)
         critic = critic_state(observation, positions(states), velocities(states), unpack(sensors))
+        critic = jnp.concatenate([critic, starts[2]], axis=-1)
         return states, episode, {"state": observation, "privileged_state": critic}
 
 

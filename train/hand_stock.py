@@ -10,10 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from aero.channels import CABLES
 from aero.floats import Floats
+from aero.policy.running import typical_correction
 from aero.policy.settings import PolicySettings
 from model.compiled_hand import CompiledHand
-from simulator.scene import CUBE, any_cube, nearer, tail_cube
+from simulator.scene import CUBE, Cube, any_cube, nearer, tail_cube
+from simulator.units import Unit
 from train import built, randomise
 from train.hands import draw_hand, draw_healthy, training_correction
 from train.recipe import TrainingStage
@@ -26,6 +29,8 @@ class StockedHand(NamedTuple):
     scene: CompiledHand
     correction: Floats
     """Cable-length correction added to each command, (7,), m (abduction: rad)."""
+    facts: Floats
+    """Constants for the critic, (HAND_FACTS,), `facts_of`."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +54,12 @@ class HandStock:
             if self.training:
                 cube = nearer(cube, rng.uniform(*self.stage.cube_reach))
         scene = built.build_scene(unit, self.settings.torque_limit, cube)
-        whose = None if self.stage.typical else unit
+        exact = training_correction(unit, self.settings)
+        used = typical_correction() if self.stage.typical else exact
         error_m = self.stage.hands.correction_error_m
-        return StockedHand(scene, training_correction(whose, self.settings, rng, error_m))
+        correction = np.array(used)
+        correction[list(CABLES)] += rng.uniform(-error_m, error_m, len(CABLES))
+        return StockedHand(scene, correction, facts_of(unit, cube, correction - exact))
 
     def batch(
         self, numbers: Sequence[int], threads: int | None = None, check: StopCheck = lambda: None
@@ -61,7 +69,19 @@ class HandStock:
         for number in numbers:
             check()
             made.append(self.hand(number))
-        return built.BuiltSimulator([one.scene for one in made], np.array([one.correction for one in made]), threads)
+        batch = built.BuiltSimulator([one.scene for one in made], np.array([one.correction for one in made]), threads)
+        batch.facts = np.array([one.facts for one in made])
+        return batch
+
+
+def facts_of(unit: Unit, cube: Cube, error: Floats) -> Floats:
+    """Return what the critic knows of a hand and its cube, (HAND_FACTS,): SI units.
+
+    Side, mass, friction and centre of mass of the cube; friction, patch and compliance of the pads; the error of the
+    correction of each cable, from `error` (7,).
+    """
+    of_cube = (cube.side_m, cube.mass_kg, cube.friction, *cube.centre_of_mass_m)
+    return np.array((*of_cube, unit.hand.pad_friction, unit.hand.pad_patch, unit.hand.pad_compliance, *error[CABLES]))
 
 
 def present(count: int, new: int) -> list[int]:

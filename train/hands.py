@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aero.channels import CABLES, Channel, Joint
+from aero.channels import Channel, Joint
 from aero.floats import Floats
-from aero.policy.running import typical_correction
 from aero.policy.settings import PolicySettings
 from model.units import Unit, load_unit
 from model.units.cable_correction import correction
@@ -155,14 +154,6 @@ def draw_healthy(rng: np.random.Generator) -> Unit:
     return plausible_unit(int(rng.integers(*UNNAMED_SEEDS)))
 
 
-def training_correction(
-    unit: Unit | None, settings: PolicySettings, rng: np.random.Generator, error_m: float = 0.0
-) -> Floats:
-    """Return a hand's cable correction, (7,), m, abduction rad; without a unit, the typical one.
-
-    Computed as before running a policy (`model.units.cable_correction`), at training's physics step; each cable gets a
-    uniform error of at most `error_m`.
-    """
-    found = np.array(typical_correction() if unit is None else correction(in_training(unit), settings))
-    found[list(CABLES)] += rng.uniform(-error_m, error_m, len(CABLES))
-    return found
+def training_correction(unit: Unit, settings: PolicySettings) -> Floats:
+    """Return a hand's exact cable correction at training's physics step, (7,), m, abduction rad."""
+    return correction(in_training(unit), settings)

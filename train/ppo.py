@@ -16,6 +16,7 @@ import train.quiet_import  # noqa: F401 - before Brax, which imports MJX
 import jax
 import jax.numpy as jnp
 import optax
+from brax.training import types
 from brax.training.acme import running_statistics, specs
 from brax.training.agents.ppo import networks as ppo_networks
 from brax.training.agents.ppo.losses import PPONetworkParams, compute_ppo_loss
@@ -23,15 +24,17 @@ from brax.training.types import Transition
 
 from aero.actuation.arrays import Array
 from aero.policy.file import Policy
+from aero.policy.interface import PolicyFileError
+from aero.policy.network import Network
 from aero.policy.task import ACTION_SIZE, OBSERVATION_SIZE
 from train.convert import network
 from train.environment import CubeEnvironment, EnvironmentState, Prices
 from train.recipe import Ramp, Recipe, TrainingStage
-from train.task import CRITIC_SIZE, Task
+from train.task import CRITIC_SIZE, HAND_FACTS, Task
 
 AVERAGE_DECAY = 0.99
 """Fraction of the moving average of the policy's weights that is kept per update."""
-SIZES = {"state": OBSERVATION_SIZE, "privileged_state": CRITIC_SIZE}
+SIZES = {"state": OBSERVATION_SIZE, "privileged_state": CRITIC_SIZE + HAND_FACTS}
 
 
 NetworkParameters = Any
@@ -170,6 +173,38 @@ class Ppo:
         keys = jax.random.split(key, minibatches)
         (networks, optimiser), _ = jax.lax.scan(descend, (learner.networks, learner.optimiser), (shuffled, keys))
         return learner._replace(networks=networks, optimiser=optimiser)
+
+
+OBSERVED_STEPS = 20_000
+"""Weight of the observation statistics in a policy file, environment steps; those of its training are not kept."""
+
+
+def fresh_critic(policy: Policy, fresh: Learner) -> Learner:
+    """Return the untrained learner `fresh` with the actor of `policy` and its observation statistics.
+
+    Raises:
+        PolicyFileError: no network of this project, or another shape.
+    """
+    own = policy.network
+    shapes = jax.tree.map(jnp.shape, fresh.networks.policy["params"])
+    if not isinstance(own, Network):
+        raise PolicyFileError(f"{policy.name} is not a network of this project")
+    layers = {
+        f"hidden_{k}": {"kernel": jnp.asarray(layer.kernel), "bias": jnp.asarray(layer.bias)}
+        for k, layer in enumerate(own.layers)
+    }
+    if jax.tree.map(jnp.shape, layers) != shapes:
+        raise PolicyFileError(f"{policy.name} does not fit the recipe's networks")
+    old = fresh.normaliser
+    mean, std = jnp.asarray(own.mean), jnp.asarray(own.std)
+    normaliser = old.replace(
+        count=types.UInt64(hi=0, lo=OBSERVED_STEPS),
+        mean=old.mean | {"state": mean},
+        std=old.std | {"state": std},
+        summed_variance=old.summed_variance | {"state": OBSERVED_STEPS * std**2},
+    )
+    actor = {"params": layers}
+    return fresh._replace(normaliser=normaliser, networks=fresh.networks.replace(policy=actor), average=actor)
 
 
 def averaged(learner: Learner) -> Learner:

@@ -121,6 +121,8 @@ class TrainingStage:
     tail_share: float = 0.0
     """Fraction of the training cubes with one property from `simulator.scene.TAILS`."""
     reset: ResetRanges = PAPER_RESET
+    from_running: float = 0.0
+    """Share of the episodes that begin from a state of a running one, 5 to 120 s after the cube was placed."""
     episode_steps: int = 500
     staggered: bool = False
     """True for random initial ages of the first episodes, so that they do not all end at once."""
@@ -284,37 +286,64 @@ first: otherwise most of the gait is lost within the first 0.1 M steps.
 """
 
 
+CONSTRAIN = replace(
+    ANY_CUBE,
+    name="constrain",
+    steps=4_400_000,
+    healthy=True,
+    typical=True,
+    hands=replace(HANDS, correction_error_m=0.0),
+    rewarded=RewardSettings(Weights(pushed=-2.0)),
+    action_rate=Ramp(-0.1, -0.2, 1_000_000),
+    redraw=Redraw(every=20, hands=40),
+    drop_price=DropPrice(),
+    cube_reach=(1.0, 1.0),
+    tail_share=0.5,
+    unroll=20,
+    clipping=0.2,
+    discount=0.985,
+    learning_rate=Ramp(2e-4, 1e-4, 2_000_000),
+    entropy_cost=Ramp(1e-2, 3e-3, 2_000_000),
+    gradient_norm=(1.0, 5.0),
+)
+"""Third stage: drops are reduced, and slow hands turn faster."""
+
+ENDURE = replace(
+    CONSTRAIN,
+    name="endure",
+    steps=4_000_000,
+    typical=False,
+    hands=replace(HANDS, correction_error_m=0.0009),
+    action_rate=None,
+    rewarded=RewardSettings(Weights(action_rate=-0.2, pushed=-2.0)),
+    drop_price=DropPrice(begin=200.0, bounds=(150.0, 800.0), hazard_per_s=0.0003),
+    from_running=0.5,
+    episode_steps=1200,
+    discount=0.99,
+    learning_rate=Ramp(1e-4, 5e-5, 3_000_000),
+    entropy_cost=Ramp(3e-3, 1e-3, 2_000_000),
+    frozen_updates=30,
+)
+"""Fourth stage: minutes with a cube, on hands whose cables were measured within 0.9 mm.
+
+Half of the episodes begin within a running one. The price of a drop cannot fall below 150: the target of 0.03 % a
+second is below what exploration reaches, since ten minutes at 95 % need 0.0085 %.
+"""
+
+
 STEADY = Recipe(
     "steady",
     Task(settings=HALF_TORQUE, loss=OUT_OF_THE_HAND),
     (
         TrainingStage("find", 800_000, BOLDEST, actuation=BUS, built=True, hands=NEAR_DEFAULT, measured=16),
         ANY_CUBE,
-        replace(
-            ANY_CUBE,
-            name="constrain",
-            steps=4_400_000,
-            healthy=True,
-            typical=True,
-            hands=replace(HANDS, correction_error_m=0.0),
-            rewarded=RewardSettings(Weights(pushed=-2.0)),
-            action_rate=Ramp(-0.1, -0.2, 1_000_000),
-            redraw=Redraw(every=20, hands=40),
-            drop_price=DropPrice(),
-            cube_reach=(1.0, 1.0),
-            tail_share=0.5,
-            unroll=20,
-            clipping=0.2,
-            discount=0.985,
-            learning_rate=Ramp(2e-4, 1e-4, 2_000_000),
-            entropy_cost=Ramp(1e-2, 3e-3, 2_000_000),
-            gradient_norm=(1.0, 5.0),
-        ),
+        CONSTRAIN,
+        ENDURE,
     ),
     goal=Goal(survival=0.98, enough_rad_s=1.0, slow_price_rad_s=1.0),
     checkpoint_steps=102_400,
     stuck_steps=800_000,
-    stuck_rate_rad_s=0.4,
+    stuck_rate_rad_s=0.15,
 )
 """Recipe of the shipped policy, in three stages (docs/training.md).
 

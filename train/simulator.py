@@ -18,7 +18,7 @@ from aero.floats import Floats
 from simulator.routed import build_routed
 from simulator.scene import CUBE, Cube, add_cube
 from train.actuation import STALL_FORCE
-from train.task import STATE_POSITIONS, STATE_VELOCITIES
+from train.task import HAND_FACTS, STATE_POSITIONS, STATE_VELOCITIES
 
 StopCheck = Callable[[], None]
 """Hook between two batches of physics; an exception from it ends the work."""
@@ -100,6 +100,8 @@ class Simulator:
         """Create a batch of `len(models)` scenes on `threads` threads (default: all cores)."""
         self.models = list(models)
         self.state_size = mujoco.mj_stateSize(self.models[0], STATE_KIND)
+        self.facts = np.zeros((len(self.models), HAND_FACTS))
+        """Constants of each scene for the critic, (batch, HAND_FACTS); zero unless the scenes are drawn hands."""
         threads = threads or os.cpu_count() or 1
         self._data = [mujoco.MjData(self.models[0]) for _ in range(threads)]
         self._pool = rollout.Rollout(nthread=threads)

@@ -110,6 +110,8 @@ _TO_COMMAND_ORDER = np.argsort(OBSERVATION_ORDER)
 GRASP_REFERENCE = np.array([0.11, 0.0, 0.0])
 """Origin of the critic's cube position error: the grasp site of the released model, world frame, m."""
 CRITIC_SIZE = 81
+HAND_FACTS = 15
+"""Number of constants of a hand and its cube that the critic knows beside the state (`train.hand_stock`)."""
 
 
 class Signals(NamedTuple):

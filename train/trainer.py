@@ -16,7 +16,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from aero.exit_code import STOPPING
-from aero.policy.file import Policy, save
+from aero.policy.file import Policy, load, save
+from aero.regular_file import read_npz
 from aero.safety.interrupts import noted
 from train import randomise
 from train.environment import (
@@ -31,11 +32,12 @@ from train.environment import (
 )
 from train.evaluation import rollouts
 from train.hand_stock import HandStock, draw_routed, hands_to_measure, next_slots, present
-from train.ppo import Learner, NetworkParameters, Ppo, averaged, batched, deployable
+from train.ppo import Learner, NetworkParameters, Ppo, averaged, batched, deployable, fresh_critic
 from train.recipe import Recipe
 from train.run_state import (
     AVERAGE,
     CHECKPOINTS,
+    LARGEST_BYTES,
     STATE,
     Checkpoint,
     RunFolderError,
@@ -46,7 +48,7 @@ from train.run_state import (
     save_arrays,
 )
 from train.simulator import Simulator, StopCheck, build_scene
-from train.task import SENSOR_COUNT
+from train.task import HAND_FACTS, SENSOR_COUNT
 
 # A callback into MuJoCo would wait for the thread that it blocks. Effective only before JAX creates its CPU client.
 jax.config.update("jax_cpu_enable_async_dispatch", False)
@@ -54,6 +56,8 @@ jax.config.update("jax_cpu_enable_async_dispatch", False)
 Backend = Literal["native", "mjx"]
 EPISODE_S = 15.0
 """Episode length of a checkpoint's measurement, s; as for the paper's figures."""
+POLICY_HEADER = "header"
+"""Array in a policy file that a checkpoint lacks."""
 EPOCH_STEPS = 20_000
 """Environment steps, rounded to whole updates, between two saves and reports of the run's state."""
 _TRAINED, _MEASURED, _NETWORKS, _ENVIRONMENT, _UPDATES, _RENEWED = range(6)
@@ -339,7 +343,7 @@ class StageRun:
             self._simulator, advance = self._hands(run.backend, opened)
             measured = (stage, settings, (*seed, _MEASURED), stage.measured)
             self._measured = opened.enter_context(hands_to_measure(*measured, threads=run.threads, check=run.check))
-            self._environment = CubeEnvironment(self._task, advance, stage.turning)
+            self._environment = CubeEnvironment(self._task, advance, stage.turning, from_running=stage.from_running)
             self._ppo = Ppo(run.recipe, stage, self._environment)
             self._begin = jax.jit(lambda starts, key: self._environment.begin(starts, key, staggered=stage.staggered))
             self._renew = jax.jit(self._environment.renew)
@@ -360,8 +364,10 @@ class StageRun:
         return Reached(self._ppo.continued(before) if before else fresh, environment)
 
     def learner(self, parameters: Path) -> Learner:
-        """Return a learner with the parameters of a checkpoint."""
+        """Return a learner with the parameters of a checkpoint, or with the actor of a policy file."""
         fresh = self._ppo.begin(self._key(_NETWORKS))
+        if POLICY_HEADER in read_npz(parameters, LARGEST_BYTES):
+            return fresh_critic(load(parameters), fresh)
         shapes = jax.eval_shape(self._ppo.begin, self._key(_NETWORKS)).parameters
         normaliser, policy, value = load_arrays(parameters, shapes)
         return fresh._replace(normaliser=normaliser, networks=fresh.networks.replace(policy=policy, value=value))
@@ -371,8 +377,9 @@ class StageRun:
         count = self._recipe.environments
         states = jax.ShapeDtypeStruct((count, STARTS, self._simulator.state_size), jnp.float32)
         sensors = jax.ShapeDtypeStruct((count, STARTS, SENSOR_COUNT), jnp.float32)
-        key = self._key(_NETWORKS)
-        return Reached(jax.eval_shape(self._ppo.begin, key), jax.eval_shape(self._begin, (states, sensors), key))
+        facts = jax.ShapeDtypeStruct((count, HAND_FACTS), jnp.float32)
+        key, starts = self._key(_NETWORKS), (states, sensors, facts)
+        return Reached(jax.eval_shape(self._ppo.begin, key), jax.eval_shape(self._begin, starts, key))
 
     def fill(self, new_hands: int) -> None:
         """Build the hands that are in the batch after `new_hands` arrivals."""
