@@ -81,7 +81,7 @@ def facts_of(unit: Unit, cube: Cube, error: Floats) -> Floats:
     correction of each cable, from `error` (7,).
     """
     of_cube = (cube.side_m, cube.mass_kg, cube.friction, *cube.centre_of_mass_m)
-    return np.array((*of_cube, unit.hand.pad_friction, unit.hand.pad_patch, unit.hand.pad_compliance, *error[CABLES]))
+    return np.array((*of_cube, unit.hand.pad_friction, unit.hand.pad_patch, unit.hand.pad_compliance, *error[list(CABLES)]))
 
 
 def present(count: int, new: int) -> list[int]:
