@@ -15,8 +15,8 @@ from aero.floats import Floats
 from aero.policy.running import typical_correction
 from aero.policy.settings import PolicySettings
 from model.compiled_hand import CompiledHand
+from model.units import Unit
 from simulator.scene import CUBE, Cube, any_cube, nearer, tail_cube
-from simulator.units import Unit
 from train import built, randomise
 from train.hands import draw_hand, draw_healthy, training_correction
 from train.recipe import TrainingStage
@@ -81,7 +81,9 @@ def facts_of(unit: Unit, cube: Cube, error: Floats) -> Floats:
     correction of each cable, from `error` (7,).
     """
     of_cube = (cube.side_m, cube.mass_kg, cube.friction, *cube.centre_of_mass_m)
-    return np.array((*of_cube, unit.hand.pad_friction, unit.hand.pad_patch, unit.hand.pad_compliance, *error[list(CABLES)]))
+    return np.array(
+        (*of_cube, unit.hand.pad_friction, unit.hand.pad_patch, unit.hand.pad_compliance, *error[list(CABLES)])
+    )
 
 
 def present(count: int, new: int) -> list[int]:

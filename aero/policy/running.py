@@ -38,8 +38,18 @@ def typical_correction() -> tuple[float, ...]:
     although the shaft reads correctly. CMC flexion of drawn thumbs is off by 2.8 mm on average, standard deviation
     0.8 mm, so the mean is a better guess than zero. Source: `train/typical_correction.py`.
     """
+    return _typical("mean")
+
+
+@cache
+def correction_spread() -> tuple[float, ...]:
+    """Return the standard deviation of the cable-length correction of healthy hands, (7,), m, abduction rad."""
+    return _typical("standard_deviation")
+
+
+def _typical(statistic: str) -> tuple[float, ...]:
     table = tomllib.loads((files("aero.policy.shipped") / TYPICAL_CORRECTION_FILE).read_text(encoding="utf-8"))
-    return tuple(float(table["mean"][channel.label]) for channel in Channel)
+    return tuple(float(table[statistic][channel.label]) for channel in Channel)
 
 
 def slewed(before: Floats, wanted: Floats, most: Floats) -> Floats:

@@ -3,14 +3,17 @@
 import math
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import click
 import numpy as np
+from rich.console import Console
 from rich.table import Table
 
 from aero.channels import CABLES, Channel
 from aero.exit_code import Exit
+from aero.policy.cables import MEASURED, MEASURING_S, REACH, Measurement
 from aero.policy.file import Policy
 from aero.policy.held import held_at_the_end
 from aero.policy.own import ended
@@ -27,7 +30,7 @@ from hil.dialogue.terminal import ProgressBar
 from hil.dialogue.terminal import console as new_console
 from hil.dialogue.viewing import telling, viewing
 from hil.emulated.policy_hand import CUBE, NONE, TYPICAL, CubeWatch, cube_of, named_correction
-from hil.recordings.policy_run import PolicyRun, record_policy
+from hil.recordings.policy_run import PolicyRun, cable_text, measured_cables, record_policy
 from hil.recordings.recorder import Progress, Recorder
 from hil.targets.hand_spec import PortSpec
 from hil.targets.target import Target
@@ -52,8 +55,8 @@ CODES = {
 )
 @click.option(
     "--correction", "correction_name", metavar="WHOSE",
-    help="Cable-length correction: `typical` of healthy hands, `none`, or that of a unit, such as a file of "
-    "`aero-hil calibrate`. Default: the twin in hands.toml, else `typical`.",
+    help="Cable-length correction: `measured` on the free hand before the run, `typical` of healthy hands, `none`, or "
+    "that of a unit, such as a file of `aero-hil calibrate`. Default: the twin in hands.toml, else `measured`.",
 )  # fmt: skip
 @click.option("--empty", is_flag=True, help="Run an emulated hand without a cube.")
 @VIEW
@@ -70,10 +73,12 @@ def run_policy(
     view: bool,
     record: Path | None,
 ) -> None:
-    """Run POLICY on a hand: ramp to the grasp, wait for the object, run the policy, ramp back.
+    """Run POLICY on a hand: measure its cables, ramp to the grasp, wait for the object, run the policy, ramp back.
 
     POLICY is `steady` (shipped, the default), a policy file, an ONNX file, or package.module:factory in Python. A TOML
     file beside the last two declares observation and action; see "Run your policy" in the documentation.
+
+    The measurement takes 4.5 s and closes the hand to its stops: give it the object only when asked.
 
     Every hand is guarded, even an emulated one, and finally opened. An emulated hand in this process gets the paper's
     cube.
@@ -85,25 +90,41 @@ def run_policy(
     holds_cube = spec.port == "emulated" and not (dry_run or empty)
     with usage_errors():
         policy = find_policy(policy_name)
-        whose = correction_name if correction_name is not None else spec.twin or TYPICAL
-        correction = tuple(named_correction(whose, policy.settings).tolist())
+        whose = correction_name if correction_name is not None else spec.twin or MEASURED
+        if whose == MEASURED and (dry_run or (spec.thresholds is not None and spec.thresholds.forbidden)):
+            console.print("The cables are not measured in a dry run, nor on a hand with forbidden regions.")
+            whose = TYPICAL
+        named = TYPICAL if whose == MEASURED else whose
+        correction = tuple(named_correction(named, policy.settings).tolist())
         settings = RunSettings(seconds=seconds, wait_s=wait, dry=dry_run, correction=correction)
         if record is not None:
             RECORDED.prepared(record)
-    console.print(_correction_line(whose, settings.correction))
+    if whose != MEASURED:
+        console.print(_correction_line(whose, settings.correction))
     if spec.port == "pty":
         console.print("A hand on a pseudo-terminal holds no cube; `--hil emulated` has one.")
     with ended(policy), viewing(view, spec) as observer:
         with open_hand(spec, guarded=True, cube=CUBE if holds_cube else None) as opened:
             observer.follow(source_of(opened))
-            console.print(_before_moving(opened, policy, settings))
+            console.print(_before_moving(opened, policy, settings, measuring=whose == MEASURED))
+            measurement = None
+            if whose == MEASURED:
+                measurement = _measurement(opened, console)
+                settings = replace(settings, correction=measurement.correction)
             most_a = opened.guard.thresholds.current_a if opened.guard else math.inf
             cube = cube_of(opened)
             result = _recorded(
                 opened,
                 record,
                 lambda recorder, show: record_policy(
-                    opened, recorder, policy, settings, progress=telling(observer, show), cube=cube, correction=whose
+                    opened,
+                    recorder,
+                    policy,
+                    settings,
+                    progress=telling(observer, show),
+                    cube=cube,
+                    correction=whose,
+                    measurement=measurement,
                 ),
             )
         end = result.run.ending
@@ -122,18 +143,38 @@ def run_policy(
 
 def _correction_line(whose: str, correction: Sequence[float]) -> str:
     millimetres = ", ".join(f"{channel.label} {1e3 * correction[channel]:+.1f}" for channel in CABLES)
-    meaning = {TYPICAL: "the mean of healthy hands", NONE: "the hand is taken as the map describes it"}
+    meaning = {
+        MEASURED: "on this hand",
+        TYPICAL: "the mean of healthy hands",
+        NONE: "the hand is taken as the map describes it",
+    }
     return f"Correction of the cables: {whose} ({meaning.get(whose, 'that of this unit')}), mm: {millimetres}."
 
 
-def _before_moving(opened: Target, policy: Policy, settings: RunSettings) -> str:
+def _measurement(opened: Target, console: Console) -> Measurement:
+    """Measure the cables of a free hand and print each correction, and the unsure ones in words."""
+    with ProgressBar() as bar:
+        task = bar.add_task("measuring the cables", total=1.0)
+        found = measured_cables(opened, lambda done: bar.update(task, completed=done))
+    console.print(_correction_line(MEASURED, found.correction))
+    for channel, cable in found.cables.items():
+        if not cable.sure:
+            console.print(f"{channel.title}: {cable_text(cable)}.")
+    return found
+
+
+def _before_moving(opened: Target, policy: Policy, settings: RunSettings, *, measuring: bool) -> str:
     """Return the announcement: moving parts, duration, and stop conditions."""
     if settings.dry:
         return before_moving(opened, (0.0,) * len(Channel), 0.0).text
     grasp = policy.settings
     reach = furthest_codes(opened.map, *map(np.array, (grasp.nominal, grasp.scale, settings.correction)))
     moving_s = settings.wait_s + settings.seconds + 2 * settings.approach_s
-    return before_moving(opened, (reach / MAX_CODE).tolist(), moving_s).text
+    if not measuring:
+        return before_moving(opened, (reach / MAX_CODE).tolist(), moving_s).text
+    furthest = np.maximum(reach / MAX_CODE, [REACH.get(channel, 0.0) for channel in Channel])
+    text = before_moving(opened, furthest.tolist(), moving_s + MEASURING_S).text
+    return f"{text}\nThe cables are measured first: keep the hand free until it asks for the object."
 
 
 def _recorded(opened: Target, path: Path | None, run: Callable[[Recorder, Progress], PolicyRun]) -> PolicyRun:

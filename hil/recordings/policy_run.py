@@ -1,18 +1,21 @@
-"""Experiment "policy": run a policy on a target and record the run.
+"""Experiment "policy": measure the cables, run a policy on a target, and record both.
 
 Series, sampled once a control period: `codes` as read, `hand` (the codes as lengths of the simulator), `action`,
 `goal` (commanded lengths), `command_codes` as written, `currents`; for an emulated hand with a cube also `posture`,
-the ground truth of hand and cube.
+the ground truth of hand and cube. A measurement before the run adds `cable_wanted`, `cable_travel` and `cable_currents`
+with times from its own start.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aero.channels import Channel, Joint
+from aero.firmware import firmware_of
 from aero.floats import Floats
+from aero.policy.cables import TORQUE_SHARE, Cable, Measurement, Seen, measure
 from aero.policy.file import Policy
 from aero.policy.loop import run_policy
 from aero.policy.running import Ending, Run, RunSettings, Step
@@ -49,6 +52,20 @@ class PolicyRun(NamedTuple):
     """Motor currents of each period, (periods, 7), A, command order; NaN where a reading is missing."""
 
 
+def measured_cables(target: Target, moved: Callable[[float], None] = lambda _: None) -> Measurement:
+    """Measure the cables of a free hand; `moved` is called with the progress, 0 to 1.
+
+    Raises:
+        AeroError, ConnectionError: a failed reading or command.
+        SafetyStopError: the guard refuses to move the hand, or stopped it.
+    """
+    target.begin()
+    if target.guard is not None:
+        target.guard.limit_torques(TORQUE_SHARE)
+    limited = firmware_of(target.firmware).settings is not None
+    return measure(target.hand, target.clock, target.map, to_stops=limited, moved=moved)
+
+
 def record_policy(
     target: Target,
     recorder: Recorder,
@@ -58,6 +75,7 @@ def record_policy(
     progress: Progress = silent,
     cube: CubeWatched | None = None,
     correction: str = "",
+    measurement: Measurement | None = None,
 ) -> PolicyRun:
     """Run `policy` on `target`.
 
@@ -69,6 +87,7 @@ def record_policy(
         progress: called after every control period.
         cube: cube placed in the hand at the policy's start, and sampled; None for none.
         correction: source of the settings' correction, stored in the recording.
+        measurement: measurement of the cables before the run, stored in the recording; None without one.
 
     Raises:
         AeroError, ConnectionError: no reading before the policy's start, or no connection at the end.
@@ -93,6 +112,9 @@ def record_policy(
         **{f"correction_{channel.label}": settings.correction[channel] for channel in Channel},
     }
     recorder.begin(parameters)
+
+    if measurement is not None:
+        _keep(recorder, measurement)
 
     def take(step: Step) -> None:
         rows: dict[str, NDArray[Any]] = {
@@ -139,3 +161,32 @@ def record_policy(
     text = f"{run.ending.value}: {run.reason}" if run.reason else run.ending.value
     recorder.note(text, "info" if run.ending is Ending.TIME else "error")
     return PolicyRun(run, tuple(lateness), np.array(currents).reshape(-1, len(Channel)))
+
+
+def _keep(recorder: Recorder, measurement: Measurement) -> None:
+    """Store what was measured: three series, and a note for each cable."""
+    samples, labels = measurement.samples, tuple(channel.label for channel in Channel)
+    metres = tuple("rad" if channel is Channel.THUMB_ABDUCTION else "m" for channel in Channel)
+    amperes = ("A",) * len(Channel)
+    for name, units, rows in (
+        ("cable_wanted", metres, samples.wanted),
+        ("cable_travel", metres, samples.travel),
+        ("cable_currents", amperes, samples.currents_a),
+    ):
+        recorder.attach(name, Series.of(labels, units, samples.times.tolist(), rows))
+    for channel, cable in measurement.cables.items():
+        recorder.note(f"cable {channel.label}: {cable_text(cable)}")
+
+
+SOURCES = {
+    Seen.SLACK: "from its slack",
+    Seen.STOP: "from its closed stop",
+    Seen.NEITHER: "just taut",
+    Seen.NOTHING: "typical, because its stop was not approached",
+}
+
+
+def cable_text(cable: Cable) -> str:
+    """Return correction, interval and source as words."""
+    sure = "" if cable.sure else "unsure, "
+    return f"{1e3 * cable.correction:+.1f} mm within {1e3 * cable.within:.1f}, {sure}{SOURCES[cable.seen]}"

@@ -221,7 +221,7 @@ def test_a_hand_that_replaces_another_moves_as_in_a_batch_of_its_own(starts):
     correction = np.array([0.001] * 7)
     with BuiltSimulator([build_scene(units[0], 0.5) for _ in range(2)], threads=1) as both:
         before = both.advance(both.at(starts[:2]), np.broadcast_to(NOMINAL, (2, 5, 7)))
-        both.replace(1, build_scene(units[1], 0.5), correction)
+        both.replace(1, build_scene(units[1], 0.5), correction, np.ones(15))
         states, sensors = both.advance(both.at(starts[:2]), np.broadcast_to(NOMINAL, (2, 5, 7)))
         with both.part([1], threads=1) as part:
             again = part.advance(part.at(starts[1:2]), np.broadcast_to(NOMINAL, (1, 5, 7)))

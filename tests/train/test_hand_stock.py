@@ -14,6 +14,7 @@ from model.units.plausible import plausible_unit
 from train.hand_stock import HandStock, next_slots, present
 from train.recipe import STEADY
 from train.simulator import build_scene
+from train.task import HAND_FACTS
 
 MODEL = build_scene().compile()
 
@@ -49,13 +50,19 @@ def test_the_last_stage_trains_on_healthy_hands_that_no_command_can_name(monkeyp
 
 
 @pytest.mark.parametrize("error_m", [0.0, 0.001])
-def test_the_last_stage_has_the_typical_correction_about_as_wrong_as_it_says(monkeypatch, error_m):
+@pytest.mark.parametrize("typical", [True, False])
+def test_a_correction_is_about_as_wrong_as_it_says_and_the_critic_knows_by_how_much(monkeypatch, error_m, typical):
+    exact = 1e-3 * np.arange(7.0)
     monkeypatch.setattr("train.built.build_scene", lambda *_: scene())
-    stage = replace(STOCK.stage, hands=replace(STOCK.stage.hands, correction_error_m=error_m))
-    stock = HandStock(stage, STEADY.task.settings, (0,))
-    found = np.array([stock.hand(number).correction for number in range(50)]) - typical_correction()
-    assert np.abs(found).max() <= error_m
-    assert np.abs(found[:, list(CABLES)]).max() >= 0.9 * error_m
+    monkeypatch.setattr("train.hand_stock.training_correction", lambda *_: exact)
+    stage = replace(STOCK.stage, typical=typical, hands=replace(STOCK.stage.hands, correction_error_m=error_m))
+    made = [HandStock(stage, STEADY.task.settings, (0,)).hand(number) for number in range(50)]
+    corrections = np.array([one.correction for one in made])
+    off = corrections - (typical_correction() if typical else exact)
+    assert np.abs(off).max() <= error_m + 1e-12
+    assert np.abs(off[:, list(CABLES)]).max() >= 0.9 * error_m
+    np.testing.assert_allclose([one.facts[-6:] for one in made], (corrections - exact)[:, list(CABLES)])
+    assert {one.facts.shape for one in made} == {(HAND_FACTS,)}
 
 
 @pytest.fixture

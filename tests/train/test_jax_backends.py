@@ -21,6 +21,8 @@ from train.environment import CubeEnvironment, Prices, native, over_mjx, prepare
 from train.ppo import deployable  # noqa: E402
 from train.simulator import Simulator, build_scene, positions  # noqa: E402
 from train.task import (  # noqa: E402  # noqa: E402  # noqa: E402
+    CRITIC_SIZE,
+    HAND_FACTS,
     PAPER_RESET,
     SENSOR_COUNT,
     RewardSettings,
@@ -164,8 +166,29 @@ def test_the_environment_restarts_by_itself_and_counts_cut_episodes(world):
         shown = np.asarray(state.observation["state"])[:, 7:]
         np.testing.assert_allclose(shown, 0.0 if k % 6 == 0 else 0.1, atol=1e-6)
     shapes = {name: value.shape for name, value in state.observation.items()}
-    assert shapes == {"state": (4, 14), "privileged_state": (4, 81)}
+    assert shapes == {"state": (4, 14), "privileged_state": (4, CRITIC_SIZE + HAND_FACTS)}
     assert np.isfinite(np.asarray(state.observation["privileged_state"])).all()
+
+
+def test_half_of_the_episodes_can_go_on_from_a_running_one(world, monkeypatch):
+    """Every state is kept from age 2 on; episodes end after six steps, so that ages exceed six only by going on."""
+    monkeypatch.setattr("train.environment.RUNNING_STEPS", (2, 100))
+    monkeypatch.setattr("train.environment.KEPT_EVERY", 1)
+    task, advance, starts = world
+    ages = {}
+    for share in (0.0, 1.0):
+        environment = CubeEnvironment(task, advance, from_running=share)
+        state, step = environment.begin(starts, KEY), jax.jit(environment.step)
+        for _ in range(13):
+            state, _ = step(state, 0 * PUSH, PRICES)
+            assert np.isfinite(np.asarray(state.states)).all()
+        ages[share] = np.asarray(state.age)
+        assert (np.asarray(state.episode.periods) <= 6).all()
+    assert (ages[0.0] == 1).all()
+    assert (ages[1.0] > 6).all()
+    renewed = environment.renew(state, jnp.array([2]), jax.tree.map(lambda rows: rows[2:3], starts))
+    assert (np.asarray(renewed.age) == 0).tolist() == [False, False, True, False]
+    assert float(renewed.kept[3][2]) == 0.0
 
 
 def test_turning_is_weighted_by_the_running_rate_of_each_hand_which_outlives_its_episodes(world):

@@ -81,7 +81,12 @@ SCALE = {"finger_travel_m_s": 1e3}
 )  # fmt: skip
 @click.option(
     "--correction", "correct", type=click.Choice(CORRECTIONS), default=CORRECTIONS[0], show_default=True,
-    help="Hands: cable-length correction; `wrong` is the exact one with a random error of 0.5 mm per cable.",
+    help="Hands: cable-length correction; `measured` at the start of each trial, as by run-policy; `wrong` is the "
+    "exact one with a random error of 0.5 mm per cable.",
+)  # fmt: skip
+@click.option(
+    "--cables", "cables_mm", type=Finite(0.0, 10.0), default=0.0, show_default=True,
+    help="Hands: largest error of each cable's length, mm, drawn uniformly.",
 )  # fmt: skip
 @click.option(
     "--cube", "cube_size", type=(Finite(20.0, 100.0), Finite(1.0, 1000.0), Finite(0.05, 2.0)), metavar="MM G FRICTION",
@@ -104,6 +109,7 @@ def evaluate(
     episodes: int,
     units: int,
     correct: str,
+    cables_mm: float,
     cube_size: tuple[float, float, float],
     out: Path,
 ) -> None:
@@ -113,7 +119,7 @@ def evaluate(
     """
     console = new_console(width=None if sys.stdout.isatty() else WIDTH)
     seed = int(np.random.default_rng().integers(FRESH_SEEDS)) if seed is None else seed
-    decided = ("cube_size",) if deployment_name is None else ("correct",)
+    decided = ("cube_size",) if deployment_name is None else ("correct", "cables_mm")
     if given := [name for name in decided if context.get_parameter_source(name) is not ParameterSource.DEFAULT]:
         options = ", ".join(option.opts[0] for option in context.command.params if option.name in given)
         raise click.UsageError(f"{options} cannot be used {'without' if deployment_name is None else 'with'} --as")
@@ -126,7 +132,7 @@ def evaluate(
         if "hands" in backends and deployment:
             cases = deployment.cases(policy, units, seconds=seconds, seed=seed, cube=cube)
         elif "hands" in backends:
-            cases = over_hands(policy, units, seconds=seconds, seed=seed, correct=correct)
+            cases = over_hands(policy, units, seconds=seconds, seed=seed, correct=correct, cables_m=1e-3 * cables_mm)
         _check_fit(policy, backends, cases)
     console.print(f"seed {seed}")
     results: dict[str, dict[str, dict[str, float]]] = {}

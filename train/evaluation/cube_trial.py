@@ -1,7 +1,7 @@
 """Trial of a policy on an emulated hand with board, bus and cube: survival and rotation rate."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from aero.policy.loop import run_policy
 from aero.policy.running import Ending, Run, RunSettings, Step
 from hil.emulated.any_hand import open_emulated
 from hil.emulated.emulated_spec import EmulatedSpec
+from hil.recordings.policy_run import measured_cables
 from model.cube_plant import CubePlant, CubeWatch
 
 
@@ -51,6 +52,7 @@ def run_trial(
     spec: EmulatedSpec,
     settings: RunSettings | None = None,
     *,
+    measured: bool = False,
     on_step: Callable[[Step], None] = lambda _: None,
 ) -> CubeTrial:
     """Run `policy` once from the nominal grasp with the cube placed in the hand.
@@ -59,6 +61,7 @@ def run_trial(
         policy: the policy to run.
         spec: emulated hand with a cube.
         settings: settings of the control loop; None for the policy's own and 15 s.
+        measured: True to replace the correction in `settings` by one measured before, as `run-policy` does.
         on_step: called after every control period.
     """
     settings = settings or RunSettings()
@@ -76,8 +79,10 @@ def run_trial(
             watch.sample()
             on_step(step)
 
+        if measured:
+            settings = replace(settings, correction=measured_cables(opened).correction)
         if opened.guard is not None:
-            opened.guard.begin()
+            opened.guard.expect_stops(())
             if policy.settings.torque_limit is not None:
                 opened.guard.limit_torques(policy.settings.torque_limit)
         run = run_policy(

@@ -12,6 +12,7 @@ from scipy.stats import bootstrap
 
 from aero.channels import CABLES, Channel
 from aero.floats import Floats
+from aero.policy.cables import MEASURED
 from aero.policy.file import Policy
 from aero.policy.running import Ending, RunSettings
 from aero.policy.settings import PRESETS
@@ -19,9 +20,11 @@ from aero.policy.task import ShownAction
 from aero.side import Side
 from aero_hil_toml import filled, parsed
 from hil.emulated.emulated_spec import EmulatedSpec
-from model.units.cable_correction import NONE, TYPICAL, named_correction
-from model.units.plausible import PLAUSIBLE
+from model.units.cable_correction import NONE, TYPICAL, correction, named_correction
+from model.units.conditions import Conditions
+from model.units.plausible import PLAUSIBLE, unit_named
 from simulator.scene import CUBE, Cube, any_cube
+from train.cable_measurement import wrong_cables
 from train.evaluation.cube_trial import CubeTrial, run_trial
 from train.share import CONFIDENCE, Share
 from train.task import HARDLY_RAD_S
@@ -32,7 +35,7 @@ CUBE_STREAM, WRONG_STREAM = 2, 3
 """Random streams of a trial's seed for the cube and for the error of the correction."""
 SIDES: tuple[Side, ...] = ("right", "left")
 EXACT, WRONG = "exact", "wrong"
-CORRECTIONS = (TYPICAL, EXACT, NONE, WRONG)
+CORRECTIONS = (MEASURED, TYPICAL, EXACT, NONE, WRONG)
 WRONG_M = 0.0005
 """Standard deviation of a wrong cable correction, m."""
 HELD_AFTER_S = (15.0, 50.0, 200.0)
@@ -53,6 +56,8 @@ class Case:
     """Name of the table row that counts this trial."""
     spec: EmulatedSpec
     settings: RunSettings
+    measured: bool = False
+    """True to measure the correction at the start of the trial."""
 
 
 def over_hands(
@@ -61,7 +66,8 @@ def over_hands(
     *,
     seconds: float,
     seed: int,
-    correct: str = TYPICAL,
+    correct: str = MEASURED,
+    cables_m: float = 0.0,
 ) -> list[Case]:
     """Return a trial of a random cube on each of `hands` fresh hands, right and left in turn.
 
@@ -70,19 +76,26 @@ def over_hands(
         hands: number of hands.
         seconds: length of a trial, s.
         seed: seed of the first hand and its cube; the others follow by one each.
-        correct: cable correction, one of `CORRECTIONS`: typical, the hand's own, none, or the hand's own with an error
-            of `WRONG_M` per cable.
+        correct: cable correction, one of `CORRECTIONS`: measured at the start, typical, the hand's own, none, or the
+            hand's own with an error of `WRONG_M` per cable.
+        cables_m: half width of a uniform error of each cable's length, m.
     """
     made = []
     for k in range(hands):
         number = seed + k
         unit, cube = f"{PLAUSIBLE}{number}", any_cube(np.random.default_rng((number, CUBE_STREAM)))
-        row = named_correction(unit if correct in (EXACT, WRONG) else correct, policy.settings)
+        conditions = wrong_cables(number, cables_m) if cables_m else None
+        measured = correct == MEASURED
+        if correct in (EXACT, WRONG):
+            row = correction((conditions or Conditions()).applied(unit_named(unit)), policy.settings)
+        else:
+            row = named_correction(TYPICAL if measured else correct, policy.settings)
         if correct == WRONG:
             error = np.random.default_rng((number, WRONG_STREAM)).standard_normal(len(Channel))
             row = row + WRONG_M * error * np.isin(np.arange(len(Channel)), CABLES)
-        spec = EmulatedSpec(unit=unit, seed=number, side=SIDES[k % len(SIDES)], guarded=True, cube=cube)
-        made.append(Case(ANY_CUBE, spec, RunSettings(seconds=seconds, correction=tuple(row.tolist()))))
+        side = SIDES[k % len(SIDES)]
+        spec = EmulatedSpec(unit=unit, seed=number, side=side, guarded=True, cube=cube, conditions=conditions)
+        made.append(Case(ANY_CUBE, spec, RunSettings(seconds=seconds, correction=tuple(row.tolist())), measured))
     return made
 
 
@@ -101,7 +114,7 @@ class Deployment:
     shown_action: str
     """A value of `ShownAction`, or `OWN`."""
     correction: str
-    """Cable correction: `typical`, `none`, or `EXACT` for the hand's own."""
+    """Cable correction: `measured`, `typical`, `none`, or `EXACT` for the hand's own."""
     guarded: bool
     reference: str = ""
     """Result of a physical hand under these conditions, with the policy's name."""
@@ -126,10 +139,11 @@ class Deployment:
         settings, found = self.run_settings(seconds), []
         for number in range(seed, seed + trials):
             unit = f"{PLAUSIBLE}{number}" if self.unit == ANY_HAND else self.unit
-            whose = unit if self.correction == EXACT else self.correction
+            measured = self.correction == MEASURED
+            whose = unit if self.correction == EXACT else TYPICAL if measured else self.correction
             row = named_correction(whose, settings.settings or policy.settings)
             spec = EmulatedSpec(unit=unit, firmware=self.firmware, seed=number, guarded=self.guarded, cube=cube)
-            found.append(Case(self.name, spec, replace(settings, correction=tuple(row.tolist()))))
+            found.append(Case(self.name, spec, replace(settings, correction=tuple(row.tolist())), measured))
         return found
 
 
@@ -153,7 +167,7 @@ def run_trials(
 
 
 def _trial(policy: Policy, case: Case) -> CubeTrial:
-    return run_trial(policy, case.spec, case.settings)
+    return run_trial(policy, case.spec, case.settings, measured=case.measured)
 
 
 def figures(trials: Sequence[CubeTrial]) -> dict[str, float]:

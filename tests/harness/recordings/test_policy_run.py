@@ -69,6 +69,38 @@ def test_run_policy_puts_a_cube_into_the_emulated_hand_and_says_how_far_it_turne
     assert "cube" not in empty
 
 
+@pytest.fixture(scope="module")
+def long_cables(tmp_path_factory):
+    """Return the unit file of a hand with a long index cable and a short ring cable."""
+    file = tmp_path_factory.mktemp("unit") / "long.toml"
+    rows = (0.0025, 0.0, -0.002, 0.0, 0.0, -0.0033, -0.0003)
+    file.write_text(f'description = "wrong cables"\nlike = "reference"\n[hand]\ncable_take_up = {[*rows]}\n')
+    return file
+
+
+def test_run_policy_measures_the_cables_of_a_free_hand_first(path, long_cables, tmp_path):
+    options = ["--unit", str(long_cables), "--seconds", "0.5", "--record", str(tmp_path / "run.mcap")]
+    result = CliRunner().invoke(main, ["run-policy", str(path), *options], catch_exceptions=False)
+    said = " ".join(result.output.split())
+    assert result.exit_code == 0, result.output
+    assert "keep the hand free until it asks for the object" in said
+    assert re.search(r"Ring: \+\d\.\d mm within \d\.\d, unsure, from its closed stop\.", said)
+    recording = read_recording(tmp_path / "run.mcap")
+    correction = recording.header.parameters
+    assert correction["correction"] == "measured"
+    assert correction["correction_index"] == pytest.approx(-2.5e-3, abs=5e-4)
+    assert correction["correction_ring"] == pytest.approx(2e-3, abs=1e-3)
+    assert {"cable_wanted", "cable_travel", "cable_currents"} <= set(recording.series)
+    assert sum(event.text.startswith("cable ") for event in recording.events) == 6
+
+
+@pytest.mark.parametrize("how", [["--dry-run"], ["--correction", "typical"]])
+def test_a_dry_run_or_a_named_correction_measures_nothing(path, how):
+    said = CliRunner().invoke(main, ["run-policy", str(path), "--seconds", "0.5", "--empty", *how]).output
+    assert "Correction of the cables: typical" in said
+    assert "measured first" not in said
+
+
 @pytest.fixture
 def weak(tmp_path, monkeypatch):
     """Names an emulated hand that may draw as much as is asked."""

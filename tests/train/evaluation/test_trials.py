@@ -37,8 +37,8 @@ def corrections(**how):
 
 
 def test_a_correction_is_typical_or_exact_or_none_or_half_a_millimetre_wrong():
-    typical, exact, none, wrong = (corrections(correct=how) for how in CORRECTIONS)
-    assert {tuple(row) for row in [*typical.values(), *corrections().values()]} == {typical_correction()}
+    measured, typical, exact, none, wrong = (corrections(correct=how) for how in CORRECTIONS)
+    assert {tuple(row) for row in [*typical.values(), *measured.values()]} == {typical_correction()}
     assert list(exact) == list(none) == list(wrong) == [5, 6]
     for seed in (5, 6):
         off = wrong[seed] - exact[seed]
@@ -46,6 +46,20 @@ def test_a_correction_is_typical_or_exact_or_none_or_half_a_millimetre_wrong():
         assert off[Channel.THUMB_ABDUCTION] == 0.0
         assert exact[seed].any()
         assert not none[seed].any()
+
+
+def test_cables_are_wrong_by_what_is_asked_and_an_exact_correction_knows_it():
+    right, wrong = (over_hands(holding(), 1, seconds=1.0, seed=5, correct="exact", cables_m=m)[0] for m in (0.0, 3e-3))
+    assert right.spec.conditions is None
+    off = np.subtract(wrong.settings.correction, right.settings.correction)
+    np.testing.assert_allclose(off[:4], wrong.spec.conditions.pretension_m[:4], atol=3e-4)
+
+
+def test_a_trial_measures_the_cables_that_its_case_does_not_know():
+    (case,) = over_hands(holding(), 1, seconds=0.2, seed=5, cables_m=3e-3)
+    told = run_trial(holding(), case.spec, replace(SHORT, correction=case.settings.correction))
+    asked = run_trial(holding(), case.spec, SHORT, measured=case.measured)
+    assert asked.travel_per_s != told.travel_per_s or asked.rotation_rad != told.rotation_rad
 
 
 def test_what_trials_came_to_has_intervals(one):
