@@ -14,7 +14,7 @@ import tomli_w
 
 from aero.channels import CABLES, FINGERS, Channel
 from aero.floats import Floats
-from aero.policy.cables import LINES_FILE, TORQUE_SHARE, Line, Observed, Seen, observed, record
+from aero.policy.cables import LINES_FILE, TORQUE_SHARE, Line, Seen, Travels, observed, record
 from aero.policy.settings import PolicySettings
 from aero.policy.shipped import DEFAULT, find_policy
 from aero.whole_file import write_whole
@@ -38,7 +38,7 @@ THUMB_SLOPE = {Channel.THUMB_FLEXOR}
 class Example(NamedTuple):
     """Observations of one hand, with its exact correction (7,), m, abduction rad."""
 
-    seen: dict[Channel, Observed]
+    seen: dict[Channel, Travels]
     correction: Floats
 
 

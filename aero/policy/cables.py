@@ -60,7 +60,7 @@ class Seen(Enum):
     """Not observed: the hand was not driven into its stops."""
 
 
-class Observed(NamedTuple):
+class Travels(NamedTuple):
     """Travels of one cable above the lower end of its window, m."""
 
     slack: float
@@ -82,7 +82,7 @@ class Line(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Cable:
+class MeasuredCable:
     """Correction of one cable."""
 
     correction: float
@@ -115,7 +115,7 @@ class Samples:
 class Measurement:
     """Result for all cables."""
 
-    cables: Mapping[Channel, Cable]
+    cables: Mapping[Channel, MeasuredCable]
     samples: Samples
 
     @property
@@ -179,10 +179,10 @@ def record(
     return Samples(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def observed(samples: Samples) -> dict[Channel, Observed]:
+def observed(samples: Samples) -> dict[Channel, Travels]:
     """Return the observed travels of each cable."""
     columns = {one: (samples.wanted[:, one], samples.travel[:, one]) for one in CABLES}
-    return {one: Observed(_slack(*column), _stop(*column)) for one, column in columns.items()}
+    return {one: Travels(_slack(*column), _stop(*column)) for one, column in columns.items()}
 
 
 def _slack(wanted: Floats, travel: Floats) -> float:
@@ -219,11 +219,11 @@ def lines() -> Mapping[tuple[Channel, Seen], Line]:
     return {key: Line(**row) for key, row in rows.items() if row is not None}
 
 
-def estimated(seen: Mapping[Channel, Observed]) -> dict[Channel, Cable]:
+def estimated(seen: Mapping[Channel, Travels]) -> dict[Channel, MeasuredCable]:
     """Return the correction of each cable: from its slack, else from its stop, else the typical one."""
     thumb, found = seen[Channel.THUMB_CMC_FLEXION].stop, {}
     for one in CABLES:
-        found[one] = Cable(typical_correction()[one], 2.0 * correction_spread()[one], Seen.NOTHING)
+        found[one] = MeasuredCable(typical_correction()[one], 2.0 * correction_spread()[one], Seen.NOTHING)
         slack, stop = seen[one]
         beyond = 0.0 if np.isinf(stop) else np.nan
         for kind, own in ((Seen.NEITHER, beyond), (Seen.STOP, stop), (Seen.SLACK, slack)):
@@ -231,5 +231,5 @@ def estimated(seen: Mapping[Channel, Observed]) -> dict[Channel, Cable]:
                 continue
             value = line.offset + line.own * own + (line.thumb * thumb if line.thumb else 0.0)
             if np.isfinite(value):
-                found[one] = Cable(value, 2.0 * line.deviation, kind)
+                found[one] = MeasuredCable(value, 2.0 * line.deviation, kind)
     return found

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from aero.channels import Channel, Joint
 from aero.firmware import firmware_of
 from aero.floats import Floats
-from aero.policy.cables import TORQUE_SHARE, Cable, Measurement, Seen, measure
+from aero.policy.cables import TORQUE_SHARE, MeasuredCable, Measurement, Seen, measure
 from aero.policy.file import Policy
 from aero.policy.loop import run_policy
 from aero.policy.running import Ending, Run, RunSettings, Step
@@ -186,7 +186,7 @@ SOURCES = {
 }
 
 
-def cable_text(cable: Cable) -> str:
+def cable_text(cable: MeasuredCable) -> str:
     """Return correction, interval and source as words."""
     sure = "" if cable.sure else "unsure, "
     return f"{1e3 * cable.correction:+.1f} mm within {1e3 * cable.within:.1f}, {sure}{SOURCES[cable.seen]}"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aero.channels import CABLES, FINGERS, Channel
-from aero.policy.cables import Line, Observed, Seen, estimated
+from aero.policy.cables import Line, Seen, Travels, estimated
 from aero.policy.shipped import DEFAULT, find_policy
 from train.cable_measurement import SEEDS, WRONG_M, Example, as_toml, example, fitted, wrong_cables
 
@@ -36,10 +36,10 @@ def test_a_fit_finds_the_lines_of_the_observations():
     made = []
     for k in range(12):
         slack, stop = rng.uniform(1e-3, 4e-3, 6), rng.uniform(0.04, 0.044, 6)
-        seen = [Observed(np.nan, np.inf) if k < 2 else Observed(a, b) for a, b in zip(slack, stop, strict=True)]
+        seen = [Travels(np.nan, np.inf) if k < 2 else Travels(a, b) for a, b in zip(slack, stop, strict=True)]
         if k % 2:
-            seen = [Observed(np.nan, one.stop) for one in seen]
-        seen[4] = Observed(np.nan, stop[4])
+            seen = [Travels(np.nan, one.stop) for one in seen]
+        seen[4] = Travels(np.nan, stop[4])
         rows = dict(zip(CABLES, seen, strict=True))
         wanted = [0.01 - one.stop if np.isfinite(one.stop) else -2e-4 for one in seen]
         wanted = [1e-4 - one.slack if np.isfinite(one.slack) else w for one, w in zip(seen, wanted, strict=True)]

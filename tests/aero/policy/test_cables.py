@@ -10,9 +10,9 @@ from aero.policy.cables import (
     MEASURING_S,
     PERIOD_S,
     SURE_M,
-    Observed,
     Samples,
     Seen,
+    Travels,
     corners,
     estimated,
     lines,
@@ -74,7 +74,7 @@ def test_the_motion_lasts_as_long_as_it_says_and_moves_no_thumb_against_closed_f
 travels = st.one_of(st.just(np.nan), st.floats(0.0, 0.05))
 
 
-@given(st.lists(st.builds(Observed, travels, st.one_of(travels, st.just(np.inf))), min_size=6, max_size=6))
+@given(st.lists(st.builds(Travels, travels, st.one_of(travels, st.just(np.inf))), min_size=6, max_size=6))
 def test_every_cable_has_a_finite_correction_and_names_its_source(rows):
     seen = dict(zip(CABLES, rows, strict=True))
     for channel, cable in estimated(seen).items():
