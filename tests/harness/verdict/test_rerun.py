@@ -28,7 +28,7 @@ SOME = frozenset({Suspect(Part.USB), Suspect(Part.BOARD)})
 AGAIN = Proposal(steps()["again"])
 
 
-@pytest.mark.parametrize("fault", SHORT)
+@pytest.mark.parametrize("fault", drawn(SHORT, 2))
 def test_what_is_run_again_fails_on_the_same_hand(fault):
     """Advice that passes on the broken hand is a defect: so was `validate --only audit` of a wrongly wound cable."""
     with open_target(faults=[parse_fault(fault)]) as target:
