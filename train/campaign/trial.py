@@ -45,8 +45,6 @@ class Trial:
     experiments: tuple[str, ...] = DEFAULT
     conditions: tuple[str, ...] = ()
     """Kinds of (healthy) initial conditions, drawn from `seed`."""
-    stop_early: bool = False
-    """Whether the run ends at the first experiment with a failed check, which decides the verdict."""
 
     @classmethod
     def of(cls, table: Mapping[str, Any]) -> Self:
@@ -59,20 +57,8 @@ class Trial:
         """Return the identifying text of the trial; equal keys mean equal trials."""
         zeros = ("homed" if self.homed else "ideal") + (", guarded" if self.guarded else "")
         found = [f"under {' + '.join(self.conditions)}"] if self.conditions else []
-        found += ["stops early"] if self.stop_early else []
         parts = (self.unit, self.side, self.firmware, f"seed {self.seed}", zeros, *found)
         return " | ".join((*parts, " + ".join(self.faults) or "healthy", ",".join(self.experiments)))
-
-
-STOPPED_EARLY = "A check failed, which decides the verdict; the other experiments were not run."
-
-
-class _DecidedError(Exception):
-    """Hand is out of limits, so the other experiments cannot change the verdict."""
-
-    def __init__(self, so_far: Validation) -> None:
-        super().__init__(STOPPED_EARLY)
-        self.so_far = so_far
 
 
 @dataclass(frozen=True)
@@ -115,18 +101,12 @@ def perform(trial: Trial) -> Outcome:
         conditions=drawn(trial.seed, trial.conditions) if trial.conditions else None,
     )
 
-    def follow(so_far: Validation) -> None:
-        if trial.stop_early and failed(so_far.findings):
-            raise _DecidedError(so_far)
-
     try:
         with opening as target:
-            done = validate(target, trial.experiments, on_result=follow)
+            done = validate(target, trial.experiments)
             said = done.end.finding if done.end.kind is not EndKind.HOST_BUSY else None
             stopped = "" if said is None else f"{said.sentence}. {done.end.reason}".strip()
             ended = done.end.error_name
-    except _DecidedError as decided:
-        done, stopped = decided.so_far, STOPPED_EARLY
     except (FaultNeverFiredError, SafetyStopError) as error:
         stopped, ended = stopped or str(error), ended or type(error).__name__
     except (AeroError, OSError) as error:

@@ -63,7 +63,6 @@ WORKERS = click.option(
 @click.option("--firmware", type=click.Choice(list(FIRMWARE)), multiple=True, default=USUAL_FIRMWARE, show_default=True,
               help="Firmware version; several alternate.")  # fmt: skip
 @click.option("--only", "names", multiple=True, type=click.Choice(list(EXPERIMENTS)), help="Experiment; repeatable.")
-@click.option("--stop-early", is_flag=True, help="End a hand's run at the first experiment with a failed check.")
 @click.option(
     "--out", type=FOLDER,
     help="Folder of the campaign; an interrupted one is resumed. Default: campaign/DATE-AND-TIME.",
@@ -78,7 +77,6 @@ def campaign(
     first_seed: int,
     firmware: tuple[str, ...],
     names: tuple[str, ...],
-    stop_early: bool,
     out: Path | None,
     workers: Workers,
 ) -> None:
@@ -93,7 +91,6 @@ def campaign(
         trials += faulty_hands(_written(faults), first_seed, hands, firmware)
         if names:
             trials = [replace(trial, experiments=names) for trial in trials]
-        trials = [replace(trial, stop_early=stop_early) for trial in trials]
         if not trials:
             raise ValueError("nothing to run; give --healthy or --fault")
         folder = FOLDER.prepared(out) if out is not None else run_folder(Path("campaign"))

@@ -3,12 +3,11 @@
 from dataclasses import asdict, replace
 from functools import cache
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from model.units.conditions import CONDITIONS
-from train.campaign.trial import STOPPED_EARLY, Trial, faulty_hands, healthy_hands, perform
+from train.campaign.trial import Trial, faulty_hands, healthy_hands, perform
 
 TRIAL = Trial("plausible:5", seed=5, experiments=("presence", "audit"))
 
@@ -63,19 +62,3 @@ def test_half_of_the_healthy_hands_are_found_under_conditions_and_no_faulty_one(
     assert all(hand.conditions in {(), CONDITIONS} for hand in hands)
     assert {hand.conditions for hand in healthy_hands(first, 8, conditions=("gravity",))} == {("gravity",)}
     assert {hand.conditions for hand in faulty_hands(["motor_dead"], first, 16)} == {()}
-
-
-@pytest.mark.slow
-def test_stopping_early_keeps_the_verdict_and_leaves_out_the_rest():
-    """A hand fails when any check does, so that the first failure decides; a healthy one runs to its end."""
-    early = replace(TRIAL, experiments=("presence", "audit", "coupling"), stop_early=True)
-    whole = perform(early)
-    assert not whole.stopped
-    assert "coupling" in whole.numbers
-    faulty = perform(replace(early, faults=("motor_dead:ring",)))
-    whole = perform(replace(early, faults=("motor_dead:ring",), stop_early=False))
-    assert set(faulty.numbers) == {"presence", "audit"}
-    assert faulty.stopped == STOPPED_EARLY
-    assert faulty.failed
-    assert set(faulty.failed) == set(whole.failed)
-    assert early.key != replace(early, stop_early=False).key
