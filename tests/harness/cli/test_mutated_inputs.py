@@ -18,13 +18,13 @@ from click.testing import CliRunner
 from damaged_files import damaged
 
 from hil.cli import main
-from hil.cli import view as view_command
 from hil.emulated.any_hand import open_target
 from hil.recordings.errors import UnusableFileError
 from hil.recordings.mcap_file import read_recording, write_recording
 from hil.recordings.recording import Series
 from hil.report.results import write_results
 from hil.verdict.validation import validate
+from hil.view import web_page
 
 try:
     import resource
@@ -72,7 +72,7 @@ def _pages_are_left_at_once(monkeypatch):
     def leave(_page):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(view_command.Page, "tick", leave)
+    monkeypatch.setattr(web_page.Page, "tick", leave)
 
 
 @functools.cache
