@@ -57,6 +57,8 @@ def by_time(assembly, _channel, random):
     state = [0.0, 0.0]
 
     def part():
+        if not assembly.is_running:
+            return 0.0
         while assembly.now() >= state[1]:
             state[:] = 1.0 - state[0], state[1] + random.expovariate(1.0 / (OFF_S if state[0] else ON_S))
         return state[0]
@@ -213,7 +215,8 @@ L, S, D = FaultLayer, Part.SERVO, Part.DIGIT
 # fmt: off
 PARAMETERS = (
     Parameter("torque lost", S, L.MOTOR, ALL, 0.2, 0.95, weak),
-    Parameter("gear friction, N m", S, L.GEAR, ALL, 0.05, 0.4, mechanical(Mechanical.rub)),
+    # of the motor's layer: what is put behind the shafts needs the mechanics built
+    Parameter("gear friction, N m", S, L.MOTOR, ALL, 0.05, 0.4, mechanical(Mechanical.rub)),
     Parameter("encoder scale off", S, L.ENCODER, ALL, 0.03, 0.3, reading(lambda true, x: true * (1.0 + x)), ("",)),
     Parameter("encoder ripple, counts", S, L.ENCODER, ALL, 30.0, 300.0,
               reading(lambda true, x: true + x * RAD_PER_COUNT * math.sin(3.0 * true))),
