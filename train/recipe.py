@@ -328,6 +328,7 @@ ENDURE = replace(
 
 Half of the episodes begin within a running one. The price of a drop cannot fall below 150: the target of 0.03 % a
 second is below what exploration reaches, since ten minutes at 95 % need 0.0085 %.
+The shipped policy has not seen this stage.
 """
 
 
