@@ -47,7 +47,7 @@ def test_options_reach_the_hand(run, pytester):
     ("options", "message"),
     [
         ("--hil-firmware=9.9", "unknown firmware '9.9'"),
-        ("--hil-unit=golden", "no unit 'golden'"),
+        ("--hil-unit=golden", "unknown unit 'golden'"),
         ("--hil=/dev/ttyNoSuchHand", "no hand at '/dev/ttyNoSuchHand'"),
         ("--hil=/dev/ttyACM0 -n 2", "run without -n"),
         ("--hil=loop://", "this line only echoes what is sent"),

@@ -93,7 +93,7 @@ def test_the_shipped_policy_the_same_as_a_file_as_onnx_and_as_python(here):
 
 
 WRONG = {
-    'field = "last_action"': ('field = "speed"', "no field 'speed'"),
+    'field = "last_action"': ('field = "speed"', "unknown field 'speed'"),
     '["index", "middle", "ring", "pinky", "thumb_cmc': ('["index", "index", "ring", "pinky", "thumb_cmc', "once each"),
     '"thumb_flexor", "thumb_abduction"]': ('"thumb_flexor"]', "failed on an observation of 13"),
     "torque_limit = 0.5": ("torque = 0.5", "unknown 'torque'"),

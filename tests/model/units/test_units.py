@@ -77,5 +77,5 @@ def test_a_unit_inherits_from_the_one_that_it_is_like(tmp_path):
     assert unit.hand == dataclasses.replace(reference.hand, supply_sag=0.5)
     assert unit.servos == reference.servos
     path.write_text('like = "nobody"\n', encoding="utf-8")
-    with pytest.raises(ValueError, match=r"no unit 'nobody'.*reference"):
+    with pytest.raises(ValueError, match=r"unknown unit 'nobody'.*reference"):
         load_unit(str(path))

@@ -39,5 +39,5 @@ def test_a_worker_that_is_killed_loses_nothing(expected):
 
 
 def test_what_does_not_exist_is_refused():
-    with pytest.raises(ValueError, match="no unit 'wooden'"):
+    with pytest.raises(ValueError, match="unknown unit 'wooden'"):
         conduct([Trial("wooden")], perform, lambda: worker_processes(1), print)

@@ -203,7 +203,7 @@ def test_a_recording_holds_what_was_done_and_when(target):
         ("exchange_servo ring pinky", "did you mean `exchange_servos"),
         ("exchange_servos ring", "usage: exchange_servos CHANNEL CHANNEL"),
         ("feel toe", "unknown channel 'toe'"),
-        ("replace wheel", "there is no part 'wheel'"),
+        ("replace wheel", "unknown part 'wheel'"),
         ("cable_on ring", "is on its spool"),
         ("inject winding_reversed", "is built in"),
         ("clear motor_dead", "does not have motor_dead"),
@@ -232,7 +232,7 @@ def test_a_hand_behind_a_pseudo_terminal_is_broken_too():
         assert [str(fault) for fault in target.wrong] == ["motor_dead:ring=1.0"]
         with pytest.raises(ValueError, match="program's end of the link"):
             target.inject("host_stalls")
-        with pytest.raises(ValueError, match="no act 'break'"):
+        with pytest.raises(ValueError, match="unknown act 'break'"):
             target.act("break it")
         assert target.act("cable_off index") == "took the cable of index off its spool"
         target.bench.restore(())

@@ -114,8 +114,8 @@ def test_a_fault_that_never_fired_is_said_when_the_proxy_ends(hand):
     ("arguments", "code", "says"),
     [
         (("proxy", "/dev/ttyNoSuchHand"), 3, "no such port"),
-        (("proxy", "/dev/ttyNoSuchHand", "--fault", "gremlin"), 2, "no fault 'gremlin'"),
-        (("emulate", "--fault", "motor_weak:toe"), 2, "no channel 'toe'"),
+        (("proxy", "/dev/ttyNoSuchHand", "--fault", "gremlin"), 2, "unknown fault 'gremlin'"),
+        (("emulate", "--fault", "motor_weak:toe"), 2, "unknown channel 'toe'"),
         (("emulate", "--fault", "motor_dead", "--fault", "motor_runaway"), 2, "cannot be combined"),
     ],
 )
