@@ -31,6 +31,7 @@ class Command(NamedTuple):
 
 
 OWN: dict[str, Command] = {
+    "setup": Command("hil.cli.setup:setup", "Set up a new hand: port, firmware, homing, name."),
     "doctor": Command("hil.cli.doctor:doctor", "Examine this machine and a hand at rest; print remedies."),
     "validate": Command("hil.cli.validate:validate", "Check a hand, real or emulated, against its limits."),
     "diagnose": Command("hil.cli.diagnose:diagnose", "Isolate the faulty part of a hand, step by step."),

@@ -112,7 +112,8 @@ def run(
                 if dry_run:
                     console.print(readings(opened, furthest))
                 if dry_run or opened.guard is not None:
-                    asker.announce(motion(furthest, sum(experiment.hand_s for experiment in chosen), spec.guard))
+                    seconds = sum(experiment.hand_s for experiment in chosen)
+                    asker.announce(motion(furthest, seconds, spec.guard, emulated=spec.in_software))
                 if folder is None:
                     return
                 if view and opened.guard is not None and sys.stdin is not None and sys.stdin.isatty():

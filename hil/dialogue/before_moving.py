@@ -9,6 +9,7 @@ from aero.channels import FINGERS, THUMB, Channel
 from aero.printable import capital
 from aero.safety import Thresholds
 from hil.dialogue.asker import Motion
+from hil.targets.hand_spec import PHYSICAL
 from hil.targets.target import Target
 
 FULLY = 0.97
@@ -25,15 +26,20 @@ def before_moving(target: Target, furthest: Sequence[float], seconds: float) -> 
         SafetyStopError: a guarded hand is too hot to move, or holds against something.
     """
     _at_rest(target)
-    return motion(furthest, seconds, None if target.guard is None else target.guard.thresholds)
+    thresholds = None if target.guard is None else target.guard.thresholds
+    return motion(furthest, seconds, thresholds, emulated=target.unit != PHYSICAL)
 
 
-def motion(furthest: Sequence[float], seconds: float, thresholds: Thresholds | None) -> Motion:
+def motion(
+    furthest: Sequence[float], seconds: float, thresholds: Thresholds | None, *, emulated: bool = False
+) -> Motion:
     """Return the announcement for a hand with these guard thresholds, or None for an unguarded hand."""
     channels = tuple(channel for channel in Channel if furthest[channel] > 0.0)
     moves = _moves(furthest)
     if not moves:
         return Motion("Nothing will move.", channels, seconds)
+    if emulated and thresholds is None:
+        return Motion(f"{moves} for about {_rounded(seconds)} s of hand time. The hand is emulated.", channels, seconds)
     text = f"{moves} for about {_rounded(seconds)} s. Keep clear."
     if thresholds is None:
         return Motion(f"{text} This hand is not guarded: nothing stops it.", channels, seconds)
@@ -55,7 +61,7 @@ def readings(target: Target, furthest: Sequence[float]) -> Table:
     )  # fmt: skip
     for channel in Channel:
         to = f"{100 * furthest[channel]:.0f} %"
-        shown.add_row(channel.label, f"{currents[channel]:+.2f}", f"{temperatures[channel]:.0f}", to)
+        shown.add_row(channel.label, f"{currents[channel]:+z.2f}", f"{temperatures[channel]:.0f}", to)
     return shown
 
 

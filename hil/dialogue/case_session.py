@@ -303,7 +303,7 @@ class CaseSession:
     def _motion(self, proposal: Proposal) -> Motion:
         """Return the announcement of the motion after a step, with its largest duration."""
         spec, plan = self._hand.spec, Plan.after(self.case, proposal.step, self._hand.spec.firmware)
-        moves = motion(plan.furthest, plan.seconds, spec.guard)
+        moves = motion(plan.furthest, plan.seconds, spec.guard, emulated=spec.in_software)
         homes = f"The hand homes (about {plan.homes_s:.0f} s). " if plan.homings else ""
         more = "".join(f"; if all passes, {', '.join(names)}" for names in plan.confirming)
         part = "; if part of the failure stays, both once more" if plan.homings else ""

@@ -73,7 +73,7 @@ class TerminalAsker:
             self._bar = bar, bar.add_task("", total=1.0, left="")
             bar.start()
         bar, task = self._bar
-        bar.update(task, completed=part, description=doing, left=f"{left_s:.0f} s left")
+        bar.update(task, completed=part, description=doing, left=f"{left_s:.0f} s of hand time")
         if part >= 1.0:
             self.close()
 

@@ -156,10 +156,12 @@ def refuse_taken(name: str, path: Path = Path(FILE)) -> None:
         raise ValueError(f"{path} has [{name}] already; choose another name, or edit the file")
 
 
-def add_hand(name: str, port: str, versions: Sequence[str], path: Path = Path(FILE)) -> None:
+def add_hand(
+    name: str, port: str, versions: Sequence[str], path: Path = Path(FILE), *, side: Side | None = None
+) -> None:
     """Append a hand to a file; the existing content stays.
 
-    One matching firmware version is written as the value, several as a comment.
+    One matching firmware version is written as the value, several as a comment; so is an unknown side.
 
     Raises:
         ValueError: as for `refuse_taken`.
@@ -169,8 +171,10 @@ def add_hand(name: str, port: str, versions: Sequence[str], path: Path = Path(FI
 
     refuse_taken(name, path)
     before = read_text(path).rstrip("\n") + "\n\n" if path.exists() else ""
-    table = {"port": port} | ({"firmware": versions[0]} if len(versions) == 1 else {})
-    notes = ['# side = "left"  # no board says its side']
+    table = (
+        {"port": port} | ({"firmware": versions[0]} if len(versions) == 1 else {}) | ({"side": side} if side else {})
+    )
+    notes = [] if side else ['# side = "left"  # no board says its side']
     if len(versions) > 1:
         notes.insert(0, f'# firmware = "{versions[-1]}"  # name the flashed one: {", ".join(versions)} answer alike')
-    write_whole(path, before + tomli_w.dumps({name: table}) + "\n".join(notes) + "\n")
+    write_whole(path, before + tomli_w.dumps({name: table}) + "".join(f"{note}\n" for note in notes))

@@ -60,8 +60,9 @@ def record_command(
         furthest = tuple(plan.fractions.max(axis=0))
         if dry_run:
             console.print(readings(opened, furthest))
-        console.print(before_moving(opened, furthest, plan.duration_s))
-        console.print(f"{plan.duration_s:.0f} s of hand time; safe are {[*REACH.values()]} of each window")
+        console.print(before_moving(opened, furthest, plan.duration_s).text)
+        reach = ", ".join(f"{channel.label} {100 * REACH[channel]:.0f} %" for channel in Channel)
+        console.print(f"{plan.duration_s:.0f} s of hand time; the safe reach of each window: {reach}")
         if dry_run:
             return
         recorder = Recorder(opened, EXPERIMENT, out)

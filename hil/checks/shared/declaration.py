@@ -223,7 +223,7 @@ class Metric:
 
 def number(value: float) -> str:
     """Return a number with four digits, without an exponent if large."""
-    return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
+    return f"{value:z.0f}" if abs(value) >= 1e4 else f"{value:z.4g}"
 
 
 BOUND = {field.name for field in fields(Bound)} - {"experiment", "metric", "subjects"}

@@ -250,9 +250,10 @@ def check_calibration(codes: Sequence[int]) -> Examined:
         found = f"windows other than after homing ({why}): {', '.join(odd)}"
         remedy = "home the hand: free it, then switch its supply off and on, or call home()"
         return Examined("calibration", Verdict.LOOK, found, remedy, subject=Subject.HAND, data=data)
-    seen = len(codes) - len(at_end)
-    found = f"{seen} of {len(codes)} channels read as after homing"
+    found = "the windows are as wide as after homing"
     if at_end:
-        found += f"; unknown at an end of the window: {', '.join(at_end)}"
+        found += f"; not told for a channel at an end of its window: {', '.join(at_end)}"
+    if len(at_end) == len(codes):
+        found = "not told, because each channel is at an end of its window, as in an open hand"
     remedy = "for this hand's own figures: aero-hil record, then aero-hil calibrate"
     return Examined("calibration", Verdict.OK, found, remedy, subject=Subject.HAND, data=data)

@@ -3,7 +3,7 @@
 import pytest
 
 from aero.safety import Thresholds
-from hil.dialogue.before_moving import before_moving
+from hil.dialogue.before_moving import before_moving, motion
 from hil.emulated.any_hand import open_target
 
 FULLY, OPEN = (1.0,) * 7, (0.0,) * 7
@@ -35,5 +35,10 @@ def test_nothing_moves(guarded):
 
 
 def test_an_unguarded_hand_has_nothing_that_stops_it():
+    assert motion(FULLY, 10.0, None).text.endswith("This hand is not guarded: nothing stops it.")
+
+
+def test_an_emulated_hand_needs_nobody_to_keep_clear():
     with open_target() as target:
-        assert "not guarded" in before_moving(target, FULLY, 10.0).text
+        said = before_moving(target, FULLY, 10.0).text
+    assert said == "Fingers and thumb will close fully for about 10 s of hand time. The hand is emulated."

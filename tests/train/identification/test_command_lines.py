@@ -1,4 +1,5 @@
 import io
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -47,6 +48,9 @@ def test_dry_run_moves_nothing(tmp_path):
     result = CliRunner().invoke(record_command, ["--dry-run", "--out", str(out)], catch_exceptions=False)
     assert result.exit_code == 0
     assert "°C" in result.output
+    assert "Fingers and thumb will close by up to" in result.output
+    assert "the safe reach of each window: index 85 %, middle 85 %" in " ".join(result.output.split())
+    assert not re.search(r"Motion\(|<Channel|\[0\.|-0\.00? ", result.output)
     assert not out.exists()
 
 
