@@ -214,7 +214,7 @@ def main() -> None:
     ends = []
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "checkout"
-        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".*", "build", "__pycache__"))
+        shutil.copytree(ROOT, copy, symlinks=True, ignore=shutil.ignore_patterns(".*", "build", "__pycache__"))
         for mutant in drawn(options.count, options.seed)[options.first :]:
             begun = time.monotonic()
             ends.append(judge(mutant, copy, options.files, options.seconds))
