@@ -43,8 +43,8 @@ CLEAR = (
 )
 CLOSES = "The versions {versions} remain. Their motions differ. "
 WHICH = (
-    "Which version was flashed? It is in the name of the file, such as firmware_v0.1.4_righthand.bin. These versions "
-    "move alike, so that any of them gives the same verdict."
+    "Which version was flashed? It is in the name of the file, such as firmware_v0.1.4_righthand.bin. The motion fits "
+    "each of these versions."
 )
 DONE = (Option("done", True),)
 SIDES: tuple[Option[Side], ...] = (Option("right", "right", "r"), Option("left", "left", "l"))
