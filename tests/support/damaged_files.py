@@ -54,7 +54,7 @@ def write_policy(path: Path) -> None:
 
 def write_baseline(path: Path) -> None:
     measured = {"presence": {"index": {"idle_current": 0.1, "lost_replies": None}}, "holding": {"ring": {"x": 1.5}}}
-    hand = {"hand": "right", "firmware": "0.2.0", "unit": "reference", "hand_id": "", "commit": ""}
+    hand = {"side": "right", "firmware": "0.2.0", "unit": "reference", "hand_id": "", "commit": ""}
     path.write_text(json.dumps({"hand": hand, "passed": True, "measured": measured, "findings": []}))
 
 

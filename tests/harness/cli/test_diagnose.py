@@ -133,9 +133,9 @@ def test_a_stored_answer_that_its_question_does_not_have_is_asked_again(tmp_path
 @pytest.mark.parametrize(
     ("table", "refused"),
     [
-        ('side = "left"', "side right, this is left"),
+        ('side = "left"', "side right, connected is left"),
         ('firmware = "0.1.5"', "firmware"),
-        ('side = "right"', "name unknown, this is bench"),
+        ('side = "right"', "name unknown, connected is bench"),
     ],
 )
 def test_another_hand_is_refused_before_anything_is_asked(table, refused, monkeypatch, tmp_path):
@@ -160,7 +160,7 @@ def test_a_serial_number_decides_over_a_name():
 
 @pytest.mark.parametrize(("known", "said"), [("", "bench"), ("bench", ""), ("A1", "bench")])
 def test_an_unknown_name_is_no_name_of_every_hand(known, said):
-    with pytest.raises(NotOneHandError, match="of another hand: name"):
+    with pytest.raises(NotOneHandError, match="belongs to another hand: name"):
         HandOfCase("0.2.0", "right", known).require_same({"hand_id": said, "serial_number": ""})
     HandOfCase("0.2.0", "right", "").require_same({"hand_id": "", "serial_number": ""})
 

@@ -85,7 +85,7 @@ def test_the_verdict_is_printed(results):
 def test_metrics_json_has_the_published_shape(results):
     _, out = results
     metrics = json.loads((out / "metrics.json").read_text())
-    assert {name: metrics[name] for name in ("target", "firmware", "hand", "seed")} == {
+    assert {name: metrics[name] for name in ("target", "firmware", "side", "seed")} == {
         "target": "emulated",
         "firmware": "0.2.0",
         "side": "right",

@@ -16,6 +16,7 @@ import pytest
 from click.testing import CliRunner
 from policies import policy
 
+from aero.exit_code import Exit
 from aero.policy.file import save
 from aero.whole_file import whole, write_whole
 from firmware_emulator.firmware.nvs import Nvs
@@ -145,7 +146,7 @@ def test_a_file_that_is_something_else(refused, line, name):
     ("line", "place"), spread(FILE_WRITERS, (*PLACES, "FOLDER")) + spread(FOLDER_WRITERS, (*PLACES, "FILE"))
 )
 def test_a_place_where_nothing_can_be_written(refused, line, place):
-    refused(line, place, place)
+    refused(line, place, place, codes=(Exit.USAGE, Exit.NOT_WRITTEN))
 
 
 @pytest.mark.parametrize(("line", "port"), spread(PORT_USERS, PORTS))

@@ -33,7 +33,7 @@ def test_a_run_that_finished_has_nothing_to_say():
             "the guard",
             "Too hot.",
         ),
-        (RunEnd(EndKind.INCOMPLETE, "audit"), "audit", "aborted", "the recording", "before the experiment does"),
+        (RunEnd(EndKind.INCOMPLETE, "audit"), "audit", "aborted", "the recording", "is truncated"),
         (RunEnd(EndKind.FAULT_NEVER_FIRED, reason="It never came."), "fault", "absent", "--fault", "It never came."),
     ],
 )
