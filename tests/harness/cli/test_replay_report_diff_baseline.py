@@ -151,7 +151,7 @@ def test_a_baseline_of_another_hand_is_refused_before_anything_moves(results, tm
     line = "validate --unit plausible:7 --side left --only audit"
     result = invoke(*line.split(), "--baseline", tmp_path / "mine", "--out", tmp_path / "out")
     assert result.exit_code == 2
-    assert "of another hand: side right, connected is left" in result.output
+    assert "of another hand: side right, this is left" in result.output
     assert not (tmp_path / "out" / "audit.mcap").exists()
 
 
