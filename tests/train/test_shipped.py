@@ -31,8 +31,7 @@ def batch():
     """Healthy hands with the paper's cube, corrected exactly."""
     units, settings = [plausible_unit(k) for k in range(EPISODES)], find_policy(DEFAULT).settings
     scenes = [build_scene(unit, settings.torque_limit) for unit in units]
-    rng = np.random.default_rng(0)
-    corrections = np.array([training_correction(unit, settings, rng) for unit in units])
+    corrections = np.array([training_correction(unit, settings) for unit in units])
     with BuiltSimulator(scenes, corrections) as simulator:
         yield simulator
 
