@@ -213,7 +213,9 @@ class CaseSession:
         for _ in range(RUNS):
             if (outcomes := self._rerun(proposal, folder, freed=freed)) is not None:
                 # also if the failure went along: with the IDs left, that of a bad digit does
-                doubt = self._crossed(proposal) if by_hand and step.check is StepCheck.FINGER else ""
+                went_along = StepOutcome.MOVED in outcomes
+                ask = by_hand and step.check is StepCheck.FINGER
+                doubt = self._crossed(proposal, went_along=went_along) if ask else ""
                 return (unsure, doubt) if doubt else (outcomes, "")
             if self._ask(Choice(REPEAT, (REPEATED, NOT_DONE))) is StepOutcome.SKIPPED:
                 break
@@ -233,8 +235,9 @@ class CaseSession:
                 return "The hand is at the same socket of a hub: connect it without the hub, to another socket."
         return ""
 
-    def _crossed(self, proposal: Proposal) -> str:
+    def _crossed(self, proposal: Proposal, *, went_along: bool) -> str:
         """Nudge the exchanged channels until one moves; return why the step shows nothing, or an empty text."""
+        stopped_at = set[Channel | None]()
         for channel in (proposal.at, proposal.beside):
             assert channel is not None, "an exchange has two places"
             where = subject_words(channel.label)
@@ -243,13 +246,15 @@ class CaseSession:
                     nudge(opened, channel)
             except (AeroError, OSError, SafetyStopError, NoHandError) as error:
                 self._asker.tell(str(error))
+                stopped_at |= {error.channel} if isinstance(error, SafetyStopError) else set()
                 continue
             moved = self._seen(MOVED.format(where=where), DIGITS, partial(_moved_by, channel))
             if moved is channel:
                 return ""
             if moved is not None:
                 return KEPT_IDS
-        return NOTHING_MOVED
+        # With a dead servo in it the hand counts as closed there, and the guard moves nothing.
+        return "" if went_along and proposal.beside in stopped_at else NOTHING_MOVED
 
     def _rerun(self, proposal: Proposal, folder: Path, *, freed: bool) -> Outcomes | None:
         """Rerun the failure after a step; return the outcome of each group, None if inconclusive."""

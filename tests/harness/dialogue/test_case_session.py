@@ -157,8 +157,8 @@ def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path,
     assert runs[1] - runs[0] >= 20.0
 
 
-def test_a_failure_that_goes_along_with_servos_that_kept_their_ids_convicts_none(tmp_path, monkeypatch):
-    """Another servo pulls the bad digit under its own ID: the failure went along, and the good servo was convicted."""
+def exchanged(tmp_path, monkeypatch):
+    """Return the session of a case of the middle finger whose failure has gone along with the servo."""
     with open_target(homed=True) as target:
         good = validate(target, ("presence",))
     monkeypatch.setattr(case_session, "rerun", lambda *_, **__: ((StepOutcome.MOVED,), good))
@@ -171,10 +171,29 @@ def test_a_failure_that_goes_along_with_servos_that_kept_their_ids_convicts_none
         # the first digit, the index finger, has the marked servo, and moves when the middle finger is nudged
         session = CaseSession(stored, tmp_path, Homing(target, 0), Silent())
         session.go_through()
+    return session
+
+
+def test_a_failure_that_goes_along_with_servos_that_kept_their_ids_convicts_none(tmp_path, monkeypatch):
+    """Another servo pulls the bad digit under its own ID: the failure went along, and the good servo was convicted."""
+    session = exchanged(tmp_path, monkeypatch)
     (exchange,) = (one for one in session.case.done if one.proposal.step.name == "exchange")
     assert exchange.outcomes == (StepOutcome.UNSURE,)
     assert exchange.note == case_session.KEPT_IDS
     assert not session.case.told
+
+
+@pytest.mark.parametrize(("channel", "outcome"), [("INDEX", StepOutcome.MOVED), ("RING", StepOutcome.UNSURE)])
+def test_an_exchange_is_shown_by_a_stop_at_the_digit_that_got_the_servo(tmp_path, monkeypatch, channel, outcome):
+    """A dead servo held that digit closed, nothing could be nudged, and the case went on to buy a board."""
+
+    def refuse(*_):
+        raise SafetyStopError("still 38% closed", SafetyReason.STILL_CLOSED, Channel[channel])
+
+    monkeypatch.setattr(case_session, "nudge", refuse)
+    session = exchanged(tmp_path, monkeypatch)
+    (exchange,) = (one for one in session.case.done if one.proposal.step.name == "exchange")
+    assert exchange.outcomes == (outcome,)
 
 
 def test_a_board_that_has_just_booted_is_asked_over_a_new_link(tmp_path):
