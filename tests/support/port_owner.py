@@ -37,11 +37,12 @@ MOST_PROMPTS = 60
 """Limit of prompts, for example on a computer that is busy in every run."""
 DOES = (
     (r"Mend what was found", "power_off;replace digit {0};power_on"),
-    (r"Exchange the servo", "exchange_servos {0} {1}"),
+    (r"Exchange it with", "exchange_servos {0} {1}"),
     (r"reseat every plug", "power_off;replace bus;power_on"),
     (r"another supply", "power_off;replace supply;power_on"),
     (r"another short USB cable", "replace usb"),
-    (r"Flash the named|Put another board", "replace board"),
+    (r"Flash the named", "flash"),
+    (r"Put another board", "replace board"),
     (r"[Tt]ake everything out", "power_off;let_go;power_on"),
     (r"Switch the hand's supply off", "power_off;power_on"),
 )
