@@ -46,10 +46,11 @@ class HeldSignals:
         elif other is not None:
             return
         self._frame, HeldSignals._present = frame, self
+        note = self._note
         for number in _NUMBERS:
             if callable(previous := _signal.getsignal(number)):
                 self._before[number] = previous
-                _signal.signal(number, self._note)
+                _signal.signal(number, note)
 
     def release(self) -> bool:
         """Restore the handlers and deliver each held signal once; return whether there was one."""
@@ -58,7 +59,8 @@ class HeldSignals:
         try:
             self._end()
         finally:
-            self._deliver(list(dict.fromkeys(self._caught)))
+            if self._caught:
+                self._deliver(list(dict.fromkeys(self._caught)))
         return bool(self._caught)
 
     def _is_left(self, frame: FrameType | None) -> bool:
@@ -79,9 +81,9 @@ class HeldSignals:
 
     def _end(self) -> None:
         """Restore the handlers."""
-        self._frame = None
+        self._frame, note = None, self._note
         for number, previous in self._before.items():
-            if _signal.getsignal(number) == self._note:  # else replaced within the event
+            if _signal.getsignal(number) == note:  # else replaced within the event
                 _signal.signal(number, previous)
         if HeldSignals._present is self:
             HeldSignals._present = None
