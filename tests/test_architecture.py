@@ -1,4 +1,4 @@
-"""The rules of docs/design.md that a machine can check: who imports whom, and who reads the wall clock."""
+"""The rules of docs/internals/design.md that a machine can check: who imports whom, and who reads the wall clock."""
 
 import ast
 import subprocess

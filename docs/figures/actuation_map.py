@@ -1,4 +1,4 @@
-"""Tables of docs/actuation_map.md."""
+"""Tables of docs/internals/actuation_map.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables of docs/campaign.md: a campaign of fresh healthy hands and of drawn faults; each run is stored at once."""
+"""Tables of docs/results/campaign.md: fresh healthy hands and drawn faults; each run is stored at once."""
 
 from __future__ import annotations
 

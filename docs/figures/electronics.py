@@ -1,4 +1,4 @@
-"""Tables of docs/electronics.md."""
+"""Tables of docs/internals/electronics.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables of docs/hand_model.md."""
+"""Tables of docs/internals/hand_model.md."""
 
 from __future__ import annotations
 

@@ -55,8 +55,8 @@ def checks() -> Iterator[str]:
     limits = load_limits(FIRMWARE)
     yield "# Checks and limits\n"
     yield f"What each experiment measures, and the limits with firmware {FIRMWARE}, not guarded."
-    yield "Every check is named `experiment.metric`, as in `checks.json`. [Campaigns](../campaign.md) says where limits"
-    yield "come from. A number without a limit is measured and not judged.\n"
+    yield "Every check is named `experiment.metric`, as in `checks.json`. [Campaigns](../results/campaign.md) says"
+    yield "where limits come from. A number without a limit is measured and not judged.\n"
     for name, measuring in JUDGED.items():
         yield f"## {name}\n\n{measuring.title}.\n"
         yield "| check | quantity | limits |\n|---|---|---|"

@@ -25,7 +25,7 @@ class ServoParameters:
     """Parameters of a servo; defaults are those of an HLS3606M at 6 V.
 
     Unless marked otherwise, defaults are fitted to one physical hand (public logs of June-July 2026,
-    TTdragoAlex/tetherIA-aero-hand-open 58b518e). `docs/electronics.md` lists the assumptions.
+    TTdragoAlex/tetherIA-aero-hand-open 58b518e). `docs/internals/electronics.md` lists the assumptions.
     """
 
     model: str = "HLS3606M"

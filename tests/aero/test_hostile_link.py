@@ -1,6 +1,6 @@
 """Many exchanges on a hostile link: losses, damage, delays, overtaking, restarts; no reply is given to another request.
 
-The figures of docs/driver.md: `HOSTILE_EXCHANGES=10000 pytest -s tests/aero/test_hostile_link.py`.
+The figures of docs/internals/driver.md: `HOSTILE_EXCHANGES=10000 pytest -s tests/aero/test_hostile_link.py`.
 """
 
 import os

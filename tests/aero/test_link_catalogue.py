@@ -1,6 +1,6 @@
 """Every fault of the link in the catalogue, and what the driver makes of it: no hang, no undeclared error, no end.
 
-The counts of docs/driver.md, a million exchanges: `LINK_EXCHANGES=14300 pytest -s -m "slow or not slow"
+The counts of docs/internals/driver.md, a million exchanges: `LINK_EXCHANGES=14300 pytest -s -m "slow or not slow"
 tests/aero/test_link_catalogue.py`.
 """
 
@@ -25,7 +25,7 @@ BEGINS_S = 0.1
 RESYNCHRONISED_S = 15.0
 """Of resynchronise(): two searches of 16 time-outs of 0.1 s, each with five waits of 1 s for what may be late."""
 UNSEEN = {"reply_bit_flipped", "reply_stale"}
-"""What nothing on this wire tells from a right reply, docs/driver.md."""
+"""What nothing on this wire tells from a right reply, docs/internals/driver.md."""
 NO_SCHEDULE = {"link_hangs_up", "command_delayed"}
 """Python's own ConnectionError; and what a host cannot tell from a reply that is delayed."""
 SCHEDULES = [

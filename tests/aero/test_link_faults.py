@@ -1,7 +1,7 @@
 """What a link may do to replies, and what the driver makes of it: never a shifted value, never an old one as fresh.
 
 Every reply of the board says how many requests it has seen, in all seven words, so that a late or a shifted one shows.
-The counts of docs/driver.md: `LINK_EXCHANGES=1000000 pytest -s tests/aero/test_link_faults.py -k schedule`.
+The counts of docs/internals/driver.md: `LINK_EXCHANGES=1000000 pytest -s tests/aero/test_link_faults.py -k schedule`.
 """
 
 import os
@@ -156,7 +156,7 @@ def lost_and_inserted(data, random):
 
 @pytest.mark.parametrize("fault", [flipped, lost_and_inserted])
 def test_what_no_driver_can_see_in_a_frame_without_a_checksum(counting, fault):
-    """The shares of docs/driver.md: of replies spoiled in this way, how many pass for right ones with wrong values."""
+    """Shares of docs/internals/driver.md: spoiled replies that pass for right ones with wrong values."""
     board, hand = counting
     random, found = np.random.default_rng(7), Counter()
     spoiled = [False]

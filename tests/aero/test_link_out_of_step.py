@@ -1,6 +1,6 @@
 """A board executes nothing that its program has not asked for, whatever a link does and whatever the program ignores.
 
-The counts of docs/driver.md, 100 000 exchanges a schedule: `UNASKED_EXCHANGES=100000 pytest -s
+The counts of docs/internals/driver.md, 100 000 exchanges a schedule: `UNASKED_EXCHANGES=100000 pytest -s
 tests/aero/test_link_out_of_step.py -k schedule`.
 """
 
@@ -21,7 +21,7 @@ from aero.protocol import make_harmless_positions, make_query
 
 EXCHANGES = int(os.environ.get("UNASKED_EXCHANGES", "1500"))
 KNOWN = {0x01, 0x02, 0x03, 0x11, 0x12, 0x22, 0x23, 0x24, 0x25, 0x31, 0x32}
-"""All opcodes of docs/driver.md, `aero-open-firmware` d7bd82e."""
+"""All opcodes of docs/internals/driver.md, `aero-open-firmware` d7bd82e."""
 GETS = {0x22, 0x23, 0x24, 0x25}
 CTRL_POS = 0x11
 
@@ -203,7 +203,7 @@ def test_a_hand_that_hears_and_does_not_speak_can_be_opened_after_a_search_that_
 
 
 def wire(codes):
-    """Return seven codes, command order, as the words of a frame: thumb first, docs/driver.md."""
+    """Return seven codes, command order, as the words of a frame: thumb first, docs/internals/driver.md."""
     order = [4, 5, 6, 0, 1, 2, 3]
     return b"".join(codes[channel].to_bytes(2, "little") for channel in order)
 

@@ -26,7 +26,7 @@ ELSEWHERE = {
 }
 PAGES = sorted(
     str(path.relative_to(ROOT))
-    for path in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
+    for path in (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))
     if path.stem not in ELSEWHERE and typed(path)
 )
 CODES = {"validate --fault": {1}, "aero-hil diagnose": {1}, "validate --unit m": {0, 1}}

@@ -8,7 +8,7 @@ from pages import ROOT
 
 from hil.cli import main
 
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
 OTHERS = re.compile(r"pytest|tox -e|docker|python -m (train|examples)\b|figures|aero-hil servos|train\.shipped")
 """Lines of the pages with options of other programs."""

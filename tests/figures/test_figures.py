@@ -30,7 +30,7 @@ OF_OTHERS = {"7084ad3", "58b518e", "d7bd82e"}
 
 
 @pytest.mark.parametrize(
-    "page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))], ids=lambda page: page.stem
+    "page", [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))], ids=lambda page: page.stem
 )
 def test_a_page_names_no_commit(page):
     assert set(COMMIT.findall(page.read_text(encoding="utf-8"))) <= OF_OTHERS, "what a page says holds for the present"

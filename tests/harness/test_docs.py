@@ -10,7 +10,7 @@ from hil.cli import main
 from hil.cli.command_table import commands
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 TEXTS = {page: page.read_text(encoding="utf-8") for page in PAGES}
 on_each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 

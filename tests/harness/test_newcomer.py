@@ -1,7 +1,7 @@
 """What a newcomer touches to add a metric, an experiment, a firmware version and a fault.
 
-Each is added to a copy of the project, in the way that docs/design.md says, and used there. What was touched is counted
-in files; the folder of a check counts as one, since everything about the check stands in it.
+Each is added to a copy of the project, in the way that CONTRIBUTING.md says, and used there. Touched files are counted;
+the folder of a check counts as one, since everything about the check stands in it.
 """
 
 import filecmp

@@ -14,7 +14,7 @@ from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.pty_process import serve_in_child
 
 ROOT = Path(__file__).parents[2]
-PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
 FRAMEWORKS = ("import torch", "runner.")
 """How snippets begin that export from a framework that no environment of ours has."""
 SNIPPETS = {

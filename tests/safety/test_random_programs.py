@@ -39,7 +39,7 @@ SOMETIMES = [
     for share in (0.05, 0.3)
 ]
 link_faults = st.sampled_from([*SOMETIMES, "reply_delayed=400", "link_slow=9600", "link_silent=1.0", "link_silent=4.0"])
-"""What the driver can see; what it cannot is in docs/driver.md."""
+"""What the driver can see; what it cannot is in docs/internals/driver.md."""
 board_faults = st.sampled_from(["board_restart", "power_cycle"])
 dead = st.sampled_from(["board_hangs", "servo_missing"])
 

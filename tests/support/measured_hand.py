@@ -1,4 +1,4 @@
-"""Measurements of the built hand for tests and docs/hand_model.md: stops, loads, forces, a step."""
+"""Measurements of the built hand for tests and docs/internals/hand_model.md: stops, loads, forces, a step."""
 
 import mujoco
 import numpy as np

@@ -42,7 +42,7 @@ LINK_FAULTS = [
 ]  # fmt: skip
 LINK_FAULTS += ["reply_delayed=30", "reply_delayed=400", "command_delayed=30", "usb_timer=16", "link_slow=38400"]
 LINK_FAULTS += ["link_silent=0.2@1"]
-"""What the driver can see; what it cannot is in docs/driver.md."""
+"""What the driver can see; what it cannot is in docs/internals/driver.md."""
 BINDS = "binding"
 """The unit that a guard neither moves nor opens: its thumb holds against the palm."""
 BOUND = {(reason, Channel.THUMB_ABDUCTION) for reason in (SafetyReason.CURRENT_AT_REST, SafetyReason.CURRENT)}
