@@ -147,7 +147,7 @@ def boot(rng: random.Random) -> list[Session]:
 
 
 def homing(rng: random.Random) -> list[Session]:
-    """Home on request with queued frames; without end stops; with a current limit to repair."""
+    """Return three homings on request: with queued frames, without end stops, with a current limit to repair."""
     home: tuple[Step, ...] = (Send(frame(Opcode.HOMING)), Wait(7000), Send(frame(Opcode.GET_POS)), Await(32, 200.0))
     steps: list[Step] = [SETTLED, Wait(10 * rng.randrange(5000)), *home, *_gets(), Wait(50_000), *_gets()]
     weak = rng.randrange(7)

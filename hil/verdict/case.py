@@ -1,4 +1,4 @@
-"""Case: the ambiguity groups of a failed run, one a clue, and the steps since.
+"""Case: the ambiguity groups of a failed run, one for each clue, and the steps done since.
 
 The rules return the clues (`suspects.py`). Each step has an outcome for each group; a closed group takes no further
 part. The steps of the first open group come first, because later measurements presuppose the earlier layers.
@@ -63,7 +63,7 @@ class DiagnosisCase:
 
     @cached_property
     def before(self) -> Failures:
-        """Failures of the groups that go on; of all groups once the case is closed."""
+        """Failures of the groups that a further step can separate; of all groups of the run if there are none."""
         groups = self.going_on or self.opened
         off = {key: excess for one in groups for key, excess in one.before.off.items()}
         return replace(groups[0].before, off=off) if groups else Failures()

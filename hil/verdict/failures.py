@@ -126,11 +126,11 @@ class Failures:
         return replace(self, off={key: x for key, x in self.off.items() if key[2] not in idle}) if worked else self
 
     def of_pieces(self, pieces: Collection[Piece]) -> Failures:
-        """Return the failures that are some pieces of evidence."""
+        """Return the failures that belong to these pieces of evidence."""
         return replace(self, off={key: excess for key, excess in self.off.items() if self._piece(key) in pieces})
 
     def without(self, pieces: Collection[Piece]) -> Failures:
-        """Return the failures that are none of some pieces of evidence."""
+        """Return the failures that belong to none of these pieces of evidence."""
         return replace(self, off={key: excess for key, excess in self.off.items() if self._piece(key) not in pieces})
 
     def within(self, experiments: Collection[str]) -> Failures:

@@ -96,7 +96,7 @@ class Plan:
 
     @property
     def seconds(self) -> float:
-        """Longest hand time, s: what homing ends in part homes and runs once more."""
+        """Upper bound of the hand time, s. After an incomplete homing, homing and failing experiments run once more."""
         each_s = (self.opens_s + sum(EXPERIMENTS[name].hand_s for name in run) for run in self.confirming)
         return self.first_s * (2 if self.homings else 1) + sum(each_s)
 

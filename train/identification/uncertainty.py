@@ -18,7 +18,7 @@ LONGEST_LAG = 50
 ROUNDING_COUNTS2 = 1.0 / 12.0
 
 TOLD = 0.8
-"""Threshold of an interval's width over the prior's; above it the readings do not determine the number."""
+"""Threshold of the ratio of an interval's width to the prior's; above it the readings do not determine the number."""
 
 FILE = "interval_factors.toml"
 """File in `hil/data` with the factors on the intervals' standard deviations, by kind of number. Source: `python -m

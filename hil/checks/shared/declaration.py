@@ -172,7 +172,7 @@ class Published:
     model: str = ""
     """Metric of this check with the simulator's value; empty if the simulator has none."""
     note: str = ""
-    """Difference of our figure."""
+    """Difference between our figure and the published one; empty if there is none."""
 
 
 @dataclass(frozen=True)
