@@ -146,7 +146,7 @@ def test_closing_the_page_and_opening_two_changes_nothing_and_a_stale_click_answ
             for tab in (first, second):
                 tab.get_by_role("button", name="Done", exact=True).wait_for()
             click(first, "Done")
-            second.get_by_text(re.compile("s left")).wait_for()
+            second.get_by_text(re.compile("s of hand time left")).wait_for()
             assert buttons(second) == []
             click(second, "Stop: open the hand")
             out, errors = program.communicate(timeout=PATIENCE_S)
