@@ -11,6 +11,7 @@ from pathlib import Path
 from aero.channels import Channel
 from aero.errors import AeroError
 from aero.firmware import LONGEST_BOOT_S
+from aero.printable import capital
 from aero.safety import SafetyReason, SafetyStopError
 from aero.safety.interrupts import let_through_at_entry, stops_held, stops_let_through
 from aero.whole_file import write_whole
@@ -75,7 +76,8 @@ DIGITS: tuple[Option[Channel | str | None], ...] = (
 )
 CONNECTED = "No hand answers. Are the supply and all plugs connected as before?"
 ALL_CONNECTED = (Option("all is connected", True, "a"), Option("something was off", False, "o"))
-REPEAT = "The run is inconclusive: a busy computer, hot servos, or a lost link. Ready to repeat it."
+REPEAT = "The run is inconclusive. {reason}. Ready to repeat it."
+TOO_FEW = "It did not measure the failed readings again"
 REPEATED = Option("repeat", StepOutcome.STAYS)
 RUNS = 3
 """Limit of runs after one step; a step without a conclusive run counts as not sure."""
@@ -99,6 +101,7 @@ class CaseSession:
         """
         self.stored, self._folder, self._hand, self._asker = stored, folder, hand, asker
         self._recurring: frozenset[Piece] | None = None
+        self._inconclusive = TOO_FEW
 
     @property
     def case(self) -> DiagnosisCase:
@@ -122,13 +125,18 @@ class CaseSession:
                     case = case.narrowed(self._recurring)
                 self._store(replace(self.stored, case=case, answers={}))
         said = conclusion(self.case)
-        if not self._hand.spec.in_software:
+        if self._again:
             said += f" Then validate again: {self._again}"
         self._asker.show(CaseShown(self._done, conclusion=said))
 
     @property
     def _again(self) -> str:
-        """Shell command that validates the hand once more, with placeholders for what was named wrongly."""
+        """Shell command that validates the hand once more, with placeholders for what was named wrongly.
+
+        Empty for an emulated hand, which ends with the case.
+        """
+        if self._hand.spec.in_software:
+            return ""
         spec, wrong = self._hand.spec, not self.case.gone and any(mode.of_hand for mode in self.case.shown)
         named = ["--firmware", "VERSION", "--side", "SIDE"] if wrong else ["--firmware", spec.firmware]
         side = ["--side", spec.side] if spec.side == "left" and not wrong else []
@@ -153,7 +161,7 @@ class CaseSession:
             )
         self.stored = stored
         write_case(self._folder, stored)
-        write_whole(self._folder / CASE_PAGE, render_case(stored.case))
+        write_whole(self._folder / CASE_PAGE, render_case(stored, self._again))
 
     def _ask(self, question: Question[Answer]) -> Answer:
         with stops_let_through():
@@ -217,7 +225,7 @@ class CaseSession:
                 ask = by_hand and step.check is StepCheck.FINGER
                 doubt = self._crossed(proposal, went_along=went_along) if ask else ""
                 return (unsure, doubt) if doubt else (outcomes, "")
-            if self._ask(Choice(REPEAT, (REPEATED, NOT_DONE))) is StepOutcome.SKIPPED:
+            if self._ask(Choice(REPEAT.format(reason=self._inconclusive), (REPEATED, NOT_DONE))) is StepOutcome.SKIPPED:
                 break
         return unsure, "the runs after it were inconclusive"
 
@@ -271,6 +279,7 @@ class CaseSession:
         except SafetyStopError as error:
             self._asker.tell(str(error))
             if done is None:
+                self._inconclusive = capital(str(error)).rstrip(".")
                 return self._stopped(error.reason, stays)
             # found only when the hand is closed; the readings stay valid
         except NoHandError as error:
@@ -280,6 +289,7 @@ class CaseSession:
             return stays
         outcomes, run = done
         self._recurring = recurring(self.case, run)
+        self._inconclusive = _reason(run)
         if proposal.step.check is StepCheck.VERSION and (text := _other_version(run)):
             self._asker.tell(text)
             outcomes = outcomes and (StepOutcome.UNSURE,) * len(outcomes)
@@ -348,6 +358,12 @@ class CaseSession:
         with suppress(AeroError, OSError, SafetyStopError, NoHandError), self._hand.open(may_be_silent=True) as opened:
             if opened.hand.resynchronise():
                 self._asker.tell("the board waited for the rest of a command that another program had cut short")
+
+
+def _reason(run: Validation) -> str:
+    """Return why a run is inconclusive: its end, or this computer's longest delay."""
+    delays = [one.reason for one in sorted(run.withheld, key=lambda one: one.held_up_s)]
+    return capital(run.end.reason.rstrip(".") or next(reversed(delays), TOO_FEW))
 
 
 def _other_version(run: Validation) -> str:

@@ -81,7 +81,7 @@ def write_bundle(folder: Path, names: Collection[str], path: Path, doctor: Seque
             with suppress(OSError, ValueError):  # a run that ended early has none
                 made.writestr(name, json_text(scrubbed(read_json(folder / name, LARGEST_BYTES), scrub, FREE_TEXT)))
         with suppress(KeyError, ValueError, TypeError, AttributeError):  # no case of this version
-            case = case_of(scrubbed(read_json_or_none(folder / CASE), scrub, FREE_TEXT)).case
+            case = case_of(scrubbed(read_json_or_none(folder / CASE), scrub, FREE_TEXT))
             made.writestr(CASE_PAGE, render_case(case))
         made.writestr("bundle.json", json_text(about | said))
     return left_out

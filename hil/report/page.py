@@ -28,6 +28,7 @@ from hil.report.health import health_of
 from hil.report.measured import MeasuredNumber, readings_of
 from hil.report.plots import Plot, drawable, packed, whole, with_samples
 from hil.verdict.case import DiagnosisCase
+from hil.verdict.case_file import StoredCase
 from hil.verdict.case_words import asked, conclusion, outcome_text, why
 from hil.verdict.findings import Finding, NotJudgedReason, failed
 from hil.verdict.group import CaseState
@@ -63,7 +64,12 @@ _OF_END = {
     EndKind.INCOMPLETE: "aborted",
 }
 """Key of `HEADINGS` by the end of a run; after any other end the findings decide."""
-CASE_HEADINGS = {"pass": "\u2713 The failure is gone", "fail": "\u2717 At fault", "unclear": "\u2013 Open case"}
+CASE_HEADINGS = {
+    "pass": "\u2713 The failure is gone",
+    "fail": "\u2717 At fault",
+    "setup": "\u2013 Nothing is broken",
+    "unclear": "\u2013 Open case",
+}
 MOST_SENTENCES = 3
 """Number of failing channels or parts described in the head of the page."""
 MOST_FINDINGS = 6
@@ -154,8 +160,14 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
     )
 
 
-def render_case(case: DiagnosisCase) -> str:
-    """Return the self-contained page of a case: conclusion, and the steps that led to it."""
+def render_case(stored: StoredCase, validate_again: str = "") -> str:
+    """Return the self-contained page of a case: conclusion, and the steps that led to it.
+
+    Args:
+        stored: content of the case file.
+        validate_again: shell command that validates the hand of the case; empty if its port is unknown.
+    """
+    case = stored.case
     steps = [
         (
             outcome_text(one),
@@ -173,6 +185,8 @@ def render_case(case: DiagnosisCase) -> str:
         steps=steps,
         next="" if proposal is None else asked(proposal),
         why="" if proposal is None else why(case, proposal),
+        stored=stored,
+        validate_again="" if proposal else validate_again,
     )
 
 
@@ -183,9 +197,12 @@ def _listed(case: DiagnosisCase) -> str:
 def _verdict_of_case(case: DiagnosisCase) -> str:
     """Return the key of `CASE_HEADINGS` for a case; a corrected set-up counts as a pass."""
     told = case.told
-    if case.state is CaseState.RESET or (case.gone and told and all(one.part is Part.SETUP for one in told)):
+    set_up = all(one.part is Part.SETUP for one in told)
+    if case.state is CaseState.RESET or (case.gone and told and set_up):
         return "pass"
-    return "fail" if told else "unclear"
+    if not told:
+        return "unclear"
+    return "setup" if set_up else "fail"
 
 
 @cache

@@ -46,7 +46,8 @@ def write_results(validation: Validation, out: Path, hand: HandOfCase | None = N
     files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
     write_whole(out / "report.html", render_report(validation, files))
     if (case := validation.diagnosis.case) is not None and (header := validation.header) is not None:
-        write_case(out, StoredCase(case, hand or HandOfCase.of(header)))
+        date = header.started[:16].replace("T", " ")
+        write_case(out, StoredCase(case, hand or HandOfCase.of(header), date=date))
 
 
 def metrics_json(validation: Validation) -> dict[str, object] | None:

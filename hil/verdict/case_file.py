@@ -61,6 +61,11 @@ class HandOfCase:
         )  # fmt: skip
 
     @property
+    def emulated(self) -> bool:
+        """Whether the hand is an emulated one."""
+        return self.unit != PHYSICAL
+
+    @property
     def options(self) -> dict[str, str]:
         """Options of `aero-hil diagnose` for the hand's files, since no file is opened because a case names it."""
         unit = self.unit if self.unit.endswith(".toml") else ""
@@ -98,6 +103,8 @@ class StoredCase:
     hand: HandOfCase
     answers: Mapping[str, str] = field(default_factory=dict)
     """Answers to the questions of the current step, by question, given before its rerun."""
+    date: str = ""
+    """Date and time of the run that opened the case, to the minute."""
 
 
 def write_case(folder: Path, stored: StoredCase) -> None:
@@ -132,6 +139,7 @@ def table_of(stored: StoredCase) -> dict[str, Any]:
     return {
         **asdict(stored.hand),
         "answers": dict(stored.answers),
+        "date": stored.date,
         "ran": list(case.ran),
         "planned": list(case.planned),
         "groups": [
@@ -168,7 +176,8 @@ def case_of(table: Any) -> StoredCase:
     groups = tuple(map(_group, table["groups"]))
     case = DiagnosisCase(groups, ran, planned, tuple(_done(row, len(groups)) for row in table["steps"]))
     hand = HandOfCase(**{name: str(table[name]) for name in HAND}, seed=int(table["seed"]))
-    return StoredCase(case, hand, {str(asked): str(line) for asked, line in table["answers"].items()})
+    answers = {str(asked): str(line) for asked, line in table["answers"].items()}
+    return StoredCase(case, hand, answers, str(table["date"]))
 
 
 def _key(experiment: str, metric: str, subject: str) -> Key:

@@ -42,9 +42,10 @@ class Silent:
     """Answers yes, and keeps what it is shown."""
 
     def __init__(self, connected=True):
-        self.told, self.doing, self.announced, self._connected = [], [], [], connected
+        self.asked, self.told, self.doing, self.announced, self._connected = [], [], [], [], connected
 
     def ask(self, question):
+        self.asked.append(question.text)
         if isinstance(question, Choice) and question.text == CONNECTED:
             return self._connected
         return question.options[0].answer if isinstance(question, Choice) else ""
@@ -139,7 +140,12 @@ def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path,
     """A servo that earlier runs had heated up stopped each run after a step, and the good digit was convicted."""
     with open_target(homed=True) as target:
         good = validate(target, ("presence",))
-    hot = RunEnd(EndKind.STOPPED, "presence", "hot", SafetyStopError("hot", SafetyReason.TEMPERATURE, Channel.RING))
+    hot = RunEnd(
+        EndKind.STOPPED,
+        "presence",
+        "the ring finger is hot.",
+        SafetyStopError("hot", SafetyReason.TEMPERATURE, Channel.RING),
+    )
     runs = []
 
     def stopped(target, case, proposal, **_more):
@@ -154,6 +160,8 @@ def test_a_run_that_stays_inconclusive_says_nothing_and_repeats_no_act(tmp_path,
         session.go_through()
     assert {done.outcomes for done in session.case.done if done.proposal.step.runs} == {(StepOutcome.UNSURE,)}
     assert len(runs) == RUNS * len(asker.announced)
+    repeated = {text for text in asker.asked if "inconclusive" in text}
+    assert repeated == {"The run is inconclusive. The ring finger is hot. Ready to repeat it."}
     assert runs[1] - runs[0] >= 20.0
 
 

@@ -48,7 +48,7 @@ def test_a_case_is_taken_up_as_it_was_put_down(done):
         step = steps()[name]
         at = channel if step.of_one_channel else None
         case = case.after(Proposal(step, at, at), random.choice(step.outcomes), "a note")
-    stored = StoredCase(case, HAND, {"a question": "yes"})
+    stored = StoredCase(case, HAND, {"a question": "yes"}, "2026-01-31 08:05")
     assert case_of(json.loads(json.dumps(table_of(stored)))) == stored
 
 
@@ -115,7 +115,7 @@ def test_page_and_words_show_the_part_and_the_chain(tmp_path):
         "Servo of the ring finger, which is now at the pinky finger. Replace this servo. "
         "If its registers differ from its neighbours', setting them alike may do."
     )
-    page = render_case(case)
+    page = render_case(read_case(tmp_path))
     said = ("Replace this servo.", "let the hand home", "The failure went along (both have one label).")
     assert all(text in page for text in said)
     assert "http" not in page
@@ -123,7 +123,7 @@ def test_page_and_words_show_the_part_and_the_chain(tmp_path):
 
 def test_replace_is_said_of_no_part_that_no_step_convicted():
     assert "eplace" not in conclusion(CASE_OF_RING)
-    assert "eplace" not in render_case(CASE_OF_RING)
+    assert "eplace" not in render_case(StoredCase(CASE_OF_RING, HAND))
 
 
 @pytest.mark.parametrize(
@@ -137,9 +137,28 @@ def test_replace_is_said_of_no_part_that_no_step_convicted():
     ],
 )
 def test_the_heading_is_what_the_case_came_to_and_each_run_is_linked(name, outcome, heading, linked):
-    page = render_case(CASE_OF_RING.after(Proposal(steps()[name], Channel.RING, Channel.PINKY), outcome))
+    case = CASE_OF_RING.after(Proposal(steps()[name], Channel.RING, Channel.PINKY), outcome)
+    page = render_case(StoredCase(case, HAND))
     assert f"{heading}</h1>" in page
     assert ("step-1/report.html" in page) is linked
+
+
+def test_a_wrong_version_is_nothing_broken_on_a_page_that_names_the_hand_and_the_next_command():
+    """The page said "At fault" in red above "Nothing is broken"."""
+    off = Failures({("presence", "firmware", "hand"): 3.0})
+    group = AmbiguityGroup(
+        off, frozenset({Suspect(Part.SETUP), Suspect(Part.BOARD)}), seen="it reads as another version"
+    )
+    case = DiagnosisCase((group,), ("presence",), ("presence",))
+    case = case.after(Proposal(steps()["version"]), StepOutcome.YES)
+    case = case.after(Proposal(steps()["flash"]), StepOutcome.SKIPPED)
+    again = "aero-hil validate --hil bench-left --firmware VERSION --side SIDE"
+    page = render_case(StoredCase(case, HAND, date="2026-01-31 08:05"), again)
+    assert "Nothing is broken: name the version" in conclusion(case)
+    assert "Nothing is broken</h1>" in page
+    assert "At fault" not in page
+    assert 'class="verdict fail"' not in page
+    assert all(text in page for text in (again, "2026-01-31 08:05", "left, bench-left", "0.1.5"))
 
 
 @pytest.mark.parametrize("step", steps().values(), ids=lambda step: step.name)
