@@ -19,6 +19,7 @@ from aero.errors import RefusedError
 from aero.firmware import ServoSettings
 from aero.link import PATIENCE_S
 from aero.protocol import MAX_CODE, Centred
+from aero.safety.cooling import let_cool
 from aero.safety.guard import Guard
 from aero.safety.opening import OPEN, move_slowly
 from aero.safety.standby import Standby
@@ -245,7 +246,8 @@ class GuardedHand(LinkedHand):
     def home(self, timeout_s: float = HOMING_TIMEOUT_S) -> None:
         """As `AeroHand.home`, from the open hand; checked before, not polled during homing.
 
-        Closed fingers are opened slowly first: a thumb homed against a finger would get a wrong zero.
+        Closed fingers are opened slowly first: a thumb homed against a finger would get a wrong zero. Servos that the
+        homing has heated cool down before the next poll.
         """
         positive_s("timeout_s", timeout_s)
         with self._guard.turn():
@@ -257,6 +259,7 @@ class GuardedHand(LinkedHand):
             self._guard.poll()
             with self._guard.homing(timeout_s):
                 self._hand.home(timeout_s)
+                let_cool(self._hand.read_temperatures, self._own_clock.bare)
 
     def close(self) -> None:
         """Open the hand slowly and limit its torque, if this program has moved it, and close the port.

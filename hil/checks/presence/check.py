@@ -6,6 +6,7 @@ Records `codes`, `currents` and `temperatures`, and the bytes on the wire. The h
 import numpy as np
 
 from aero.channels import Channel
+from aero.safety.cooling import let_cool
 from hil.checks.shared.exchanges import exchanges
 from hil.checks.shared.experiment import Measured, require
 from hil.checks.shared.losses import lost_replies
@@ -21,7 +22,8 @@ FURTHEST = (0.0,) * 7
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Read all sensors `READINGS` times."""
+    """Wait for servos that a homing has heated, then read all sensors `READINGS` times."""
+    let_cool(target.hand.read_temperatures, target.clock, progress)
     recorder.begin({"readings": READINGS, "period_s": PERIOD_S})
     for i in range(READINGS):
         target.clock.sleep_until(recorder.start + i * PERIOD_S)

@@ -41,7 +41,7 @@ LEAST = {
         **dict.fromkeys(("thumb_ids_exchanged", "encoder_frozen", "servo_missing", "protection_low"), 0.5),
         **dict.fromkeys(("encoder_scale", "encoder_offset", "encoder_slip", "cable_soft", "servo_id_doubled"), 0.1),
         **dict.fromkeys((name for name in CATALOGUE if name.startswith("board_runs_")), 0.1),
-        **dict.fromkeys(("board_of_other_side", "board_restart", "nvs_lost", "trim_left_in", "servo_hot"), 0.1),
+        **dict.fromkeys(("board_of_other_side", "board_restart", "nvs_lost", "trim_left_in"), 0.1),
         **dict.fromkeys(("calibrated_mid", "calibrated_mid_and_homed", "supply_browns_out"), 0.2),
         **dict.fromkeys(("power_cycle", "board_hangs", "link_hangs_up", "command_lost"), 0.3),
         "encoder_play": 0.02,
@@ -57,7 +57,7 @@ LEAST = {
     )
     | {"position_coarse": 200, "encoder_quantised": 500},
     "currents": {"encoder_noise": 1.0, "current_wrong": 1.0},  # A
-    "temperatures": {"temperature_wrong": 35},  # °C
+    "temperatures": dict.fromkeys(("temperature_wrong", "servo_hot"), 35),  # °C
     "failures": dict.fromkeys(
         (
             *(
