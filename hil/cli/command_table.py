@@ -37,7 +37,7 @@ OWN: dict[str, Command] = {
     "diagnose": Command("hil.cli.diagnose:diagnose", "Isolate the faulty part of a hand, step by step."),
     "report": Command("hil.cli.report:report", "Judge recordings again and write the report."),
     "view": Command("hil.cli.view:view", "Play a recording in a web page; show a port live."),
-    "export": Command("hil.cli.export:export_command", "Write a recording for Foxglove, a film or an OpenHTF record."),
+    "export": Command("hil.cli.export:export_command", "Write a recording for Foxglove, or a film."),
     "replay": Command("hil.cli.replay:replay", "Resend the bytes of a recording to a hand."),
     "baseline": Command("hil.cli.baseline:baseline", "Store a hand's figures for later comparison."),
     "history": Command("hil.cli.history:history", "Show a hand's readings over its runs, and drifts."),

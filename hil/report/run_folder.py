@@ -11,7 +11,7 @@ JUDGED_NAMES = (*EXPERIMENTS, WHOLE_RUN.name)
 CASE_PAGE = "case.html"
 DATA = frozenset({CASE, "checks.json", "measured.csv", "metrics.json", *(f"{name}.mcap" for name in JUDGED_NAMES)})
 """Files that cannot be computed again from others."""
-DERIVED = frozenset({CASE_PAGE, "report.html", "openhtf.json", *(f"{name}-foxglove.mcap" for name in JUDGED_NAMES)})
+DERIVED = frozenset({CASE_PAGE, "report.html", *(f"{name}-foxglove.mcap" for name in JUDGED_NAMES)})
 
 
 def recordings_in(folder: Path) -> list[Path]:

@@ -26,11 +26,10 @@ def content(folder):
 
 @pytest.fixture(scope="module")
 def twice(tmp_path_factory):
-    """Return a folder with a healthy run, after a faulty one of more experiments, its exports and a user's file."""
+    """Return a folder with a healthy run, after a faulty one of more experiments, and a user's file."""
     folder = tmp_path_factory.mktemp("run")
     assert validated(folder, "presence", "audit", fault="motor_dead:ring").exit_code == Exit.OUT_OF_LIMITS
     assert (folder / "case.json").is_file()
-    assert invoke("export", folder).exit_code == 0
     (folder / "notes.txt").write_text("cable 3")
     (folder / "step-1").mkdir()
     (folder / "step-1" / "audit.mcap").write_bytes((folder / "audit.mcap").read_bytes())
@@ -48,7 +47,7 @@ def test_nothing_is_left_of_the_earlier_run(twice):
 
 @pytest.mark.parametrize(
     ("words", "code"),
-    [("report RUN --out OUT.html", 0), ("export RUN --out OUT.json", 0), ("baseline RUN OUT", 0), ("diagnose RUN", 2)],
+    [("report RUN --out OUT.html", 0), ("baseline RUN OUT", 0), ("diagnose RUN", 2)],
 )
 def test_every_reader_of_the_folder_sees_the_second_run(twice, tmp_path, words, code):
     ended = invoke(*(word.replace("RUN", str(twice)).replace("OUT", str(tmp_path / "new")) for word in words.split()))
