@@ -58,7 +58,7 @@ def table(name: str) -> str:
 
 def pages() -> list[Path]:
     """Return the pages that have a table of figures."""
-    every = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), ROOT / "examples/grasps/grasps.md"]
+    every = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
     return [page for page in every if "[[[cog cog.out(table(" in page.read_text(encoding="utf-8")]
 
 

@@ -17,7 +17,7 @@ from figures.results import Rows, Shipped, Stored, load, store
 
 MODULES = (
     "actuation_map", "hand_model", "electronics", "safety", "validation", "campaign", "diagnosis", "calibration",
-    "commands", "grasps", "limits", "policy", "correction", "cables", "pictures",
+    "commands", "limits", "policy", "correction", "cables", "pictures",
 )  # fmt: skip
 """Modules of this package whose `TABLES` measure tables of the page of their name, and whose `SHIPPED` files ship."""
 OURS = {ROOT / "docs" / "figures" / f"{name}.py" for name in ("__init__", "inputs", "made", "results")}
