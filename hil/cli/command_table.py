@@ -38,7 +38,6 @@ OWN: dict[str, Command] = {
     "report": Command("hil.cli.report:report", "Judge recordings again and write the report."),
     "view": Command("hil.cli.view:view", "Play a recording in a web page; show a port live."),
     "export": Command("hil.cli.export:export_command", "Write a recording for Foxglove, or a film."),
-    "replay": Command("hil.cli.replay:replay", "Resend the bytes of a recording to a hand."),
     "baseline": Command("hil.cli.baseline:baseline", "Store a hand's figures for later comparison."),
     "history": Command("hil.cli.history:history", "Show a hand's readings over its runs, and drifts."),
     "guard": Command("hil.cli.guard:guard", "Guard a hand for any program on its port."),

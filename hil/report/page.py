@@ -153,7 +153,6 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         exchanged=None if validation.results or validation.end.cut else _exchanged(recordings),
         events=_repeated(recordings.values()),
         files={name: quote(os.fsencode(path)) for name, path in (files or {}).items()},
-        session=WHOLE_RUN.name,
         subjects=SUBJECTS,
         channel_titles=[channel.title for channel in Channel],
         readings=packed(recordings),

@@ -52,7 +52,6 @@ RECORDING_LINES = (
     "report FILE --out OUT.html",
     "export FILE --out OUT.mcap",
     "view FILE",
-    "replay FILE",
 )
 
 
@@ -195,7 +194,6 @@ LINES = (
     "record --dry-run --excite fingers --channel ring --scale 0.3 --out x.mcap",
     "run-policy steady --dry-run --seconds 0.1 --wait 0 --empty --correction reference",
     "report x.mcap --out r.html",
-    "replay x.mcap --unit reference",
     "export x.mcap --out y.mcap",
     "firmware compare 0.2.0 0.1.5 --only homing --seed 0",
     "doctor --hil emulated --json",

@@ -31,10 +31,8 @@ def test_escape_sequences_of_a_file_reach_no_terminal(tmp_path):
     evil = "\x1b]0;owned\x07\x1b[2J\u202e\x9b31m"
     header = dataclasses.replace(made.header, target=evil, unit="reference", operator=evil, commit=evil)
     write_recording(dataclasses.replace(made, header=header), tmp_path / "b.mcap")
-    for line in ("report b.mcap --out r.html", "replay b.mcap"):
-        words = [str(tmp_path / word) if "." in word else word for word in line.split()]
-        result = invoke(*words)
-        assert not set(result.output) & set("\x1b\x07\u202e\x9b"), line
+    result = invoke("report", str(tmp_path / "b.mcap"), "--out", str(tmp_path / "r.html"))
+    assert not set(result.output) & set("\x1b\x07\u202e\x9b")
     assert printable(evil) == r"\x1b]0;owned\x07\x1b[2J\u202e\x9b31m"
 
 

@@ -41,7 +41,7 @@ OPTIONS = (
 
 READERS = {
     "mcap": (
-        "report WRONG --out OUT.html", "replay WRONG", "view WRONG",
+        "report WRONG --out OUT.html", "view WRONG",
         "calibrate WRONG --out OUT.toml",
     ),
     "npz": ("run-policy WRONG", "calibrate --out OUT.toml WRONG", "evaluate --on simulation --out OUT WRONG"),
@@ -63,7 +63,6 @@ FILE_WRITERS = (
     "report RECORDING --out WRONG",
     "run-policy --record WRONG",
     "record --channel index --excite steps --out WRONG",
-    "replay RECORDING --out WRONG",
     "calibrate RECORDING --out WRONG",
     "convert-policy CHECKPOINT WRONG",
     "firmware build FOLDER --out WRONG",
@@ -86,7 +85,6 @@ PORT_USERS = (
     "validate --out OUT --hil WRONG",
     "record --out OUT.mcap --hil WRONG",
     "run-policy --hil WRONG",
-    "replay RECORDING --hil WRONG",
     "emulate --bus-port WRONG",
     "guard WRONG",
 )

@@ -1,4 +1,4 @@
-"""What one does with recordings: replay, judge again, compare, keep as a baseline."""
+"""What one does with recordings: judge again, keep as a baseline."""
 
 import dataclasses
 import json
@@ -12,7 +12,6 @@ from synthetic import replaced
 
 from hil.checks import EXPERIMENTS
 from hil.cli import main
-from hil.cli.replay import compare_replies, resend
 from hil.emulated.any_hand import open_target
 from hil.recordings.errors import NotOneHandError
 from hil.recordings.mcap_file import read_recording, write_recording
@@ -38,40 +37,6 @@ def results(tmp_path_factory):
 
 def invoke(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
-def test_the_same_seed_answers_a_replay_with_the_same_bytes(results):
-    result = invoke("replay", results / "session.mcap")
-    assert result.exit_code == 0, result.output
-    same, total = result.output.split(" requests")[0].split(" of ")
-    assert int(same) == int(total) > 1000
-    assert "index 0, middle 0" in result.output
-
-
-def test_the_file_of_a_unit_is_not_opened_because_a_recording_names_it(results, tmp_path):
-    session = read_recording(results / "session.mcap")
-    elsewhere = dataclasses.replace(session.header, unit="mine.toml")
-    write_recording(dataclasses.replace(session, header=elsewhere), tmp_path / "twin.mcap")
-    refused = invoke("replay", tmp_path / "twin.mcap")
-    assert refused.exit_code == 2
-    assert "the recorded unit is the file 'mine.toml'; give it with --unit" in refused.output
-    assert invoke("replay", tmp_path / "twin.mcap", "--unit", "reference").exit_code == 0
-
-
-def test_another_seed_answers_with_other_noise_but_the_same_positions(results):
-    recorded = read_recording(results / "session.mcap")
-    with open_target(seed=4) as target:
-        comparison = compare_replies(recorded, resend(recorded, target))
-    assert comparison.identical < comparison.requests
-    assert np.all(comparison.position_rms < 100)
-
-
-def test_a_recording_without_bytes_cannot_be_replayed(results, tmp_path):
-    audit = read_recording(results / "audit.mcap")
-    write_recording(dataclasses.replace(audit, wire=()), tmp_path / "empty.mcap")
-    result = invoke("replay", tmp_path / "empty.mcap")
-    assert result.exit_code == 2
-    assert "nothing to replay" in result.output
 
 
 def test_judging_a_recording_again_gives_the_same_verdict(results, tmp_path):
@@ -206,11 +171,6 @@ def test_a_dry_run_moves_nothing(monkeypatch, tmp_path):
     assert "will close by up to 20 % for about 9 s" in " ".join(result.output.split())
     assert "°C" in result.output
     assert not (tmp_path / "out").exists()
-
-
-def test_bytes_are_not_replayed_beneath_a_guard(results):
-    with open_target(guarded=True) as target, pytest.raises(ValueError, match="is guarded"):
-        resend(read_recording(results / "session.mcap"), target)
 
 
 def test_everything_that_validate_wrote_is_judged_again_in_a_folder_that_is_made(results, tmp_path):
