@@ -1,7 +1,6 @@
 """The `aero-hil` command line. Commands parse, call and print; the work is in other packages."""
 
 import os
-import traceback
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,8 +10,8 @@ import click
 
 from aero.exit_code import Exit
 from aero_hil_toml import meant
-from hil.cli.command_table import DISTRIBUTION, Command, brought, commands, find_command, named
-from hil.cli.exits import Ended, code_of, ctrl_c_exits, run
+from hil.cli.command_table import Command, brought, commands, find_command, named
+from hil.cli.exits import Ended, ctrl_c_exits, run
 from hil.cli.logs import log_nowhere, with_log
 from hil.cli.missing import is_ours, other_package
 from hil.dialogue.printing import echo, survive_closed_streams
@@ -45,13 +44,13 @@ class LazyGroup(click.Group):
         row = find_command(cmd_name)
         if row is None:
             return None
-        if row.package != DISTRIBUTION:
-            return with_log(_foreign(cmd_name, row))
         try:
             command = _imported(row)
         except ImportError as error:
             if is_ours(error.name) or other_package(error):
                 raise
+            if not is_ours(row.place):
+                raise Ended(f"`aero-hil {cmd_name}` of another package: {named(error)}", Exit.USAGE) from error
             needs = (
                 f"`aero-hil {cmd_name}` needs the extra `{row.extra}`; from a checkout: pip install -e '.[{row.extra}]'"
             )
@@ -60,22 +59,6 @@ class LazyGroup(click.Group):
                 ctx.exit()
             raise Ended(f"{needs} ({error})", Exit.USAGE) from error
         return with_log(command)
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; a defect in another package's command is reported with that package's name.
-
-        Raises:
-            Ended: the command of another package failed.
-        """
-        try:
-            return super().invoke(ctx)
-        except Exception as error:
-            row = find_command(ctx.invoked_subcommand or "")
-            said_already = isinstance(error, click.ClickException | click.exceptions.Exit | click.Abort)
-            if row is None or row.package == DISTRIBUTION or said_already or code_of(error) is not Exit.DEFECT:
-                raise
-            traceback.print_exc()
-            raise Ended(f"a defect of the package `{row.package}`: {named(error)}", Exit.DEFECT) from error
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands from their tables, without imports."""
@@ -102,21 +85,6 @@ def _imported(row: Command) -> click.Command:
     module, attribute = row.place.split(":")
     with ctrl_c_exits():
         command: click.Command = getattr(import_module(module), attribute)
-    return command
-
-
-def _foreign(name: str, row: Command) -> click.Command:
-    """Import a command of another package.
-
-    Raises:
-        Ended: it cannot be imported, or is not a command; the message names the package.
-    """
-    try:
-        command = _imported(row)
-        if not isinstance(command, click.Command):
-            raise TypeError(f"{row.place} is not a click command")
-    except BaseException as error:  # even SystemExit, because a broken package must end in a message
-        raise Ended(f"`aero-hil {name}` of the package `{row.package}`: {named(error)}", Exit.USAGE) from error
     return command
 
 

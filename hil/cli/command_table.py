@@ -3,19 +3,15 @@
 A package adds commands with an entry point of the group `aero_hil.commands` that names a table like `OWN`.
 """
 
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
-from importlib.metadata import EntryPoint, PackageNotFoundError, distribution
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from aero.printable import printable
 from hil.cli.exits import ctrl_c_exits
 from hil.targets.brought import points_of
 
 GROUP = "aero_hil.commands"
-DISTRIBUTION = "aero-hil"
-NAME = re.compile(r"[a-z0-9][a-z0-9_-]*")
 
 
 class Command(NamedTuple):
@@ -26,8 +22,6 @@ class Command(NamedTuple):
     summary: str
     extra: str = "hil"
     """Extra that provides the command's imports."""
-    package: str = DISTRIBUTION
-    """Distribution that provides the command; set when its table is loaded."""
 
 
 OWN: dict[str, Command] = {
@@ -52,7 +46,7 @@ OWN: dict[str, Command] = {
 
 
 class Brought(NamedTuple):
-    """Commands loaded from entry points."""
+    """All commands by name, in listing order."""
 
     rows: Mapping[str, Command]
     losses: tuple[str, ...]
@@ -60,8 +54,8 @@ class Brought(NamedTuple):
 
 
 def find_command(name: str) -> Command | None:
-    """Return a command by name; other packages are loaded only if aero-hil has no such command."""
-    return _ours().rows.get(name) or brought().rows.get(name)
+    """Return a command by name; tables of entry points are loaded only for a name that `OWN` lacks."""
+    return OWN.get(name) or brought().rows.get(name)
 
 
 def commands() -> Mapping[str, Command]:
@@ -70,52 +64,20 @@ def commands() -> Mapping[str, Command]:
 
 
 @cache
-def _ours() -> Brought:
-    """Return the commands of aero-hil's own distribution, including those of `train`."""
-    try:
-        points = distribution(DISTRIBUTION).entry_points.select(group=GROUP)
-    except PackageNotFoundError:  # run from a folder without installation
-        return Brought(OWN, ())
-    return _with_tables(Brought(OWN, ()), [(DISTRIBUTION, point) for point in points])
-
-
-@cache
 def brought() -> Brought:
-    """Return the commands of aero-hil and of all other packages."""
-    return _with_tables(
-        _ours(),
-        sorted((found for found in points_of(GROUP) if found[0] != DISTRIBUTION), key=lambda found: found[1].name),
-    )
-
-
-def _with_tables(known: Brought, points: Iterable[tuple[str, EntryPoint]]) -> Brought:
-    """Return `known` with the commands of the entry points added; existing names are kept."""
-    rows, losses = dict(known.rows), list(known.losses)
-    for package, point in points:
+    """Return `OWN` and the commands of entry points; existing names are kept."""
+    rows, losses = dict(OWN), []
+    for package, point in sorted(points_of(GROUP), key=lambda found: (found[0] != "aero-hil", found[1].name)):
         try:
             with ctrl_c_exits():
-                table = _checked(point.load())
-        except BaseException as error:  # also SystemExit: a package must not end other packages' commands
+                table = {name: Command(*row) for name, row in point.load().items()}
+        except Exception as error:  # whatever a module of another package raises
             losses.append(f"commands of the package `{package}` are left out: {named(error)}")
             continue
         if taken := sorted(rows.keys() & table.keys()):
             losses.append(f"`{', '.join(taken)}` of the package `{package}` is left out: there is one already")
-        rows |= {name: row._replace(package=package) for name, row in table.items() if name not in rows}
+        rows |= {name: row for name, row in table.items() if name not in rows}
     return Brought(rows, tuple(losses))
-
-
-def _checked(table: Any) -> dict[str, Command]:
-    """Return a validated table of another package.
-
-    Raises:
-        TypeError: something that is not a table of commands.
-    """
-    if not isinstance(table, Mapping):
-        raise TypeError(f"{type(table).__name__} in place of a table of commands")
-    for name, row in table.items():
-        if not (isinstance(name, str) and NAME.fullmatch(name) and isinstance(row, Command) and ":" in row.place):
-            raise TypeError(f"{name!r}: {row!r} is not a command")
-    return {name: row._replace(summary=" ".join(printable(row.summary).split())) for name, row in table.items()}
 
 
 def named(error: BaseException) -> str:
