@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from aero.channels import WIRE_ORDER, Channel
-from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN, Measured
+from hil.checks import ALIKE, DRIVER, EXPERIMENTS, WHOLE_RUN, Measured, metric_of
 from hil.checks.shared.declaration import EvidenceKind, Metric
 from hil.checks.shared.experiment import Experiment, Measuring, reading
 from hil.checks.shared.lateness import LATE_S, OFTEN, THROUGHOUT, VERY_LATE_S, held_up, longest, part_late
@@ -98,7 +98,7 @@ class Judge:
 
     def alike(self, results: Mapping[str, Result]) -> Result | None:
         """Judge the channels of one hand against each other; None if no reading compares them."""
-        measured = ALIKE.measure({name: result.measured for name, result in results.items()})
+        measured = ALIKE.measure({name: _on_time(EXPERIMENTS[name], result) for name, result in results.items()})
         if not any(measured.values()):
             return None
         return self._compared(ALIKE, list(results.values())[-1].recording, measured)
@@ -214,6 +214,20 @@ def _lateness(measuring: Experiment, recording: Recording) -> Late:
         return seconds if seconds > (LATE_S if metric.timed else VERY_LATE_S) else 0.0
 
     return late
+
+
+def _on_time(experiment: Experiment, result: Result) -> Measured:
+    """Return the readings of an experiment that no scheduling delay of this computer affects."""
+    late = _lateness(experiment, result.recording)
+
+    def on_time(subject: str, name: str) -> bool:
+        metric = metric_of(experiment.name, name, subject)
+        return metric is None or not late(subject, metric)
+
+    return {
+        subject: {name: value for name, value in row.items() if on_time(subject, name)}
+        for subject, row in result.measured.items()
+    }
 
 
 def _busy(run: Validation) -> Validation:

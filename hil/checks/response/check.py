@@ -57,6 +57,11 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
         while target.clock.now() < until:
             _read(target, recorder)
         progress((i + 1) / total, "command to motion")
+    open_and_close(target, recorder, lambda part, doing: progress((NUDGES + 2 * CYCLES * part) / total, doing))
+
+
+def open_and_close(target: Target, recorder: Recorder, progress: Progress) -> None:
+    """Close and open all fingers `CYCLES` times at full speed, each way until they have arrived."""
     recorder.note_parameters(cycles_from_s=target.clock.now() - recorder.start)
     for i in range(2 * CYCLES):
         _command(target, recorder, 1.0 if i % 2 == 0 else 0.0, fingers=range(4))
@@ -65,7 +70,7 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
             if target.clock.now() > until:
                 recorder.note("the fingers did not arrive", "warning")
                 break
-        progress((NUDGES + i + 1) / total, "open and close")
+        progress((i + 1) / (2 * CYCLES), "open and close")
 
 
 def _command(target: Target, recorder: Recorder, fraction: float, fingers: range | tuple[Channel, ...]) -> None:
@@ -100,21 +105,30 @@ def measure(recording: Recording) -> Measured:
     requests = asked_at(codes.times, recording.wire)
     delays = [motion_after(step, requests, codes.values[:, CHANNEL]) for step in steps]
     changed = codes.times[1:][np.any(np.diff(codes.values, axis=0) != 0, axis=1)]
+    require(changed.size > 1, "the cycles")
     fast = _after(codes, cycles)
-    require(len(fast.times) > 1 and changed.size > 1, "the cycles")
     goals = in_force(commands, fast.times)
     asked = requests[codes.times >= cycles]
-    swept = [step for step in commanded if step.start >= cycles and step.channel == CHANNEL]
-    rate = CYCLES / (codes.times[-1] - cycles) if swept and all_arrived(swept, fast) else np.nan
     still = {f: standstills(asked, fast.times, fast.values[:, f], goals[:, f]) for f in FINGERS}
     return {
         **{finger.label: {"standstill": 1e3 * max(found, default=np.nan)} for finger, found in still.items()},
         "hand": {
             "command_to_motion": 1e3 * float(np.median(delays)),
             "telemetry_period": 1e3 * float(np.median(np.diff(changed))),
-            "open_close_rate": float(rate),
+            "open_close_rate": open_close_rate(recording),
         },
     }
+
+
+def open_close_rate(recording: Recording) -> float:
+    """Return the rate of the cycles that `open_and_close` made, Hz; NaN if not all fingers arrived each time."""
+    codes, commands = recording["codes"], recording["command_codes"]
+    cycles = recording.header.number("cycles_from_s")
+    fast = _after(codes, cycles)
+    require(len(fast.times) > 1, "the cycles")
+    steps = find_steps(commands.times, commands.values)
+    swept = [step for step in steps if step.start >= cycles and step.channel == CHANNEL]
+    return CYCLES / float(codes.times[-1] - cycles) if swept and all_arrived(swept, fast) else np.nan
 
 
 def all_arrived(steps: Sequence[CommandStep], fast: Series) -> bool:

@@ -27,6 +27,7 @@ def test_how_far_each_experiment_goes_is_known():
         "short_staircase": (0.6, 0.6, 0.6, 0.6, 0.6, 0.4, 0.5),
         "staircase": (1.0,) * 7,
         "replay": (1.0,) * 7,
+        "drift": fingers + thumb,
         "look": (0.5,) * 7,
         "repeatability": (0.5, 0.5, 0.5, 0.5, 0.5, 0.3, 0.4),
         "window": (*fingers, 0.35, 0.35, 0.35),
