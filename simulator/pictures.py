@@ -18,9 +18,11 @@ from simulator.scene import CUBE, Cube, add_cube, add_light
 Picture = NDArray[np.uint8]
 """RGB image, (height, width, 3)."""
 WIDTH, HEIGHT, DPI = 1500, 1000, 100
-FILM_WIDTH, FILM_HEIGHT = 480, 360
+FILM_WIDTH, FILM_HEIGHT = 720, 540
+FINER = 2
+"""Pixels drawn for a pixel of a film, each way: software OpenGL does not smooth edges."""
 CAMERA = ((0.100, 0.004, -0.005), 0.235, -20.0, -55.0)
-FILM_CAMERA = ((0.115, 0.008, 0.0), 0.25, 155.0, -36.0)
+FILM_CAMERA = ((0.157, 0.003, 0.0), 0.29, 150.0, -48.0)
 """Target point (world frame, m), distance, m, azimuth and elevation (MuJoCo's, degrees) for a right hand; mirrored for
 a left one."""
 LEGEND: tuple[tuple[str, Rgba], ...] = (
@@ -93,12 +95,15 @@ def frames(positions: NDArray[np.float64], side: Side = "right", cube: Cube = CU
     spec = build_routed(side)
     add_stickers(add_cube(spec, cube), cube)
     add_light(spec)
+    height, width = FINER * FILM_HEIGHT, FINER * FILM_WIDTH
+    spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
     model = spec.compile()
     data, camera = mujoco.MjData(model), _camera(side, *FILM_CAMERA)
-    with mujoco.Renderer(model, FILM_HEIGHT, FILM_WIDTH) as renderer:
+    with mujoco.Renderer(model, height, width) as renderer:
         for row in positions:
             data.qpos[:] = row
-            yield _drawn(renderer, model, data, camera)
+            fine = _drawn(renderer, model, data, camera).reshape(FILM_HEIGHT, FINER, FILM_WIDTH, FINER, 3)
+            yield fine.mean(axis=(1, 3)).astype(np.uint8)
 
 
 def add_stickers(body: mujoco.MjsBody, cube: Cube) -> None:

@@ -56,14 +56,14 @@ def view() -> Rows:
 def make_film() -> None:
     """Run the policy for 8 s and film it; needs OpenGL."""
     with TemporaryDirectory() as folder:
-        recorded, film = str(Path(folder) / "turning.mcap"), str(DOCS / "turning.gif")
+        recorded, film = str(Path(folder) / "turning.mcap"), str(DOCS / "turning.webp")
         run_policy(["--unit", "reference", "--seconds", "8", "--record", recorded], standalone_mode=False)
         export_command([recorded, "--out", film], standalone_mode=False)
 
 
 SHIPPED = {
     "failing_report": Shipped(("docs/failing_report.png",), ("hil.report.page",), failing_report, write_report),
-    "turning": Shipped(("docs/turning.gif",), (), turning, make_film),
+    "turning": Shipped(("docs/turning.webp",), (), turning, make_film),
     "routed_hand": Shipped(
         ("docs/routed_hand.png",), (), routed_picture, lambda: write_picture(build_routed(), DOCS / "routed_hand.png")
     ),

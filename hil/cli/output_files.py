@@ -84,7 +84,7 @@ class OutputFolder(Output):
 
 
 BUNDLE = OutputFile(".zip")
-EXPORT = OutputFile(".mcap", ".gif", ".json")
+EXPORT = OutputFile(".mcap", ".webp", ".gif", ".json")
 FOLDER = OutputFolder()
 LINK = Output()
 PAGE = OutputFile(".html")

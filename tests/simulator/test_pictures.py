@@ -13,6 +13,7 @@ from policies import holding
 from aero.policy.file import save
 from hil.cli import main
 from hil.recordings.mcap_file import read_recording, write_recording
+from hil.report.film import _landed
 from model.cube_plant import CubePlant
 from simulator import build_routed
 from simulator.pictures import (
@@ -81,11 +82,35 @@ def filmed(recording, path):
 
 
 @drawn
-def test_a_film_is_drawn_of_a_recording(turned, tmp_path):
-    result = filmed(turned, tmp_path / "film.gif")
+@pytest.mark.parametrize(("ending", "each_ms"), [("webp", 50), ("gif", 100)])
+def test_a_film_is_drawn_of_a_recording_and_needs_no_foxglove(turned, tmp_path, monkeypatch, ending, each_ms):
+    monkeypatch.setattr("hil.cli.export.find_spec", lambda _name: None)
+    result = filmed(turned, tmp_path / f"film.{ending}")
     assert result.exit_code == 0, result.output
-    with Image.open(tmp_path / "film.gif") as film:
-        assert (film.n_frames, film.size, film.info["duration"]) == (10, (FILM_WIDTH, FILM_HEIGHT), 100)
+    with Image.open(tmp_path / f"film.{ending}") as film:
+        assert film.size == (FILM_WIDTH, FILM_HEIGHT)
+        film.load()
+        assert film.info["duration"] == each_ms
+        assert 0 < film.n_frames <= 1000 // each_ms
+
+
+def test_a_film_begins_with_the_cube_in_the_hand():
+    heights = np.array([0.05, 0.03, -0.01, -0.02, -0.015, -0.016, -0.016, -0.016])
+    assert _landed(heights) == 2
+    assert _landed(heights[4:]) == 0
+
+
+@drawn
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_film_frames_the_whole_hand(side):
+    """The border of an open and of a closed hand shows the background only."""
+    for angle in (0.0, 1.0):
+        posture = np.array([angle] * 16 + [0.11, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+        [drawn] = frames(posture[np.newaxis], side)
+        border = np.concatenate([drawn[:3].reshape(-1, 3), drawn[-3:].reshape(-1, 3), drawn[:, :3].reshape(-1, 3),
+                                 drawn[:, -3:].reshape(-1, 3)]).astype(int)  # fmt: skip
+        assert np.ptp(border, axis=0).max() < 40
+        assert np.abs(np.diff(drawn[-3:].astype(int), axis=1)).max() < 8
 
 
 def test_a_film_that_cannot_be_is_refused_in_one_line(turned, tmp_path, monkeypatch):
