@@ -75,7 +75,7 @@ def diagnose(
     CASE is the folder of the failed run (default: validation/latest), which also provides firmware version and side.
     Without --hil, the emulated hand of the case is recreated with its faults, and the program can do each step. No file
     is opened because a case names it; the command that a failed run prints names the files of its hand. Ctrl-C
-    interrupts the case; the same command resumes it. Exits with 0 if the failure is gone and its cause known, else 1.
+    interrupts the case; the same command resumes it. Exit code 0: the failure is gone and its cause known; else 1.
     """
     with usage_errors():
         stored = read_case(folder)

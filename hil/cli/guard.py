@@ -36,8 +36,8 @@ WORDS = "`resume` accepts commands again after a stop; `status` says how long th
 
 @click.command()
 @click.argument("port")
-@click.option("--link", type=LINK, help="Make PATH a symbolic link to the terminal.")
-@click.option("--firmware", type=click.Choice(FIRMWARE), help="Version on the hand; no board reports it.")
+@click.option("--link", type=LINK, metavar="PATH", help="Create a symbolic link to the pseudo-terminal.")
+@click.option("--firmware", type=click.Choice(FIRMWARE), help="Firmware version of the hand; no board reports it.")
 @click.option("--side", type=SIDE, help="Side of the hand.")
 @click.option("--resume-with-next", is_flag=True, help="Resume after a stop with the next client instead of `resume`.")
 @click.option(
@@ -45,7 +45,9 @@ WORDS = "`resume` accepts commands again after a stop; `status` says how long th
     help="Folder for a recording of the last three minutes at each stop.",
 )  # fmt: skip
 @VIEW
-@click.option("--prompt", is_flag=True, help="Accept words on standard input even if it is not a terminal.")
+@click.option(
+    "--prompt", is_flag=True, help="Accept `resume` and `status` on standard input even if it is not a terminal."
+)
 def guard(
     *,
     port: str,

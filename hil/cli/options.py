@@ -162,7 +162,13 @@ def emulation(command: AnyFunction) -> AnyFunction:
             help="Firmware version of the hand.",
         ),
         click.option("--side", type=SIDE, default="right", show_default=True, help="Side of the hand."),
-        click.option("--unit", default="reference", show_default=True, help="Unit: name, plausible:SEED or .toml."),
+        click.option(
+            "--unit",
+            metavar="UNIT",
+            default="reference",
+            show_default=True,
+            help="Emulated unit: a name, plausible:SEED or a .toml file.",
+        ),
         click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the emulated hand's noise."),
     )
     for decorate in reversed(decorators):

@@ -54,7 +54,7 @@ CODES = {
     "--wait", type=Finite(0.0, LONGEST_S), default=1.5, show_default=True, help="Time for placing the object, s."
 )
 @click.option(
-    "--correction", "correction_name", metavar="WHOSE",
+    "--correction", "correction_name", metavar="CORRECTION",
     help="Cable-length correction: `measured` on the free hand before the run, `typical` of healthy hands, `none`, or "
     "that of a unit, such as a file of `aero-hil calibrate`. Default: the twin in hands.toml, else `measured`.",
 )  # fmt: skip

@@ -68,13 +68,13 @@ def described(header: Header) -> dict[str, str]:
     return {name: str(getattr(header, name)) for name in (*SAME, "commit")}
 
 
-def store(results: Path, baseline: Path, *, even_so: bool = False) -> None:
+def store(results: Path, baseline: Path, *, force: bool = False) -> None:
     """Copy the figures and recordings of a run of `aero-hil validate` into a new folder.
 
     Args:
         results: folder of the run.
         baseline: folder to create.
-        even_so: True to accept a run that did not pass.
+        force: True to accept a run that did not pass.
 
     Raises:
         FileNotFoundError: `results` has no `checks.json`.
@@ -85,9 +85,9 @@ def store(results: Path, baseline: Path, *, even_so: bool = False) -> None:
     if not (results / "checks.json").is_file():
         raise FileNotFoundError(f"{results} holds no checks.json; give the folder that `aero-hil validate --out` wrote")
     load(results)
-    if not _checks(results).get("passed") and not even_so:
+    if not _checks(results).get("passed") and not force:
         raise UnusableFileError(
-            f"the run in {results} did not pass, so an equally bad hand would pass later; --even-so stores it"
+            f"the run in {results} did not pass, so an equally bad hand would pass later; --force stores it"
         )
     if baseline.exists():
         raise FileExistsError(f"{baseline} exists already; remove it or choose another name")

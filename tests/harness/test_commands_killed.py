@@ -26,7 +26,7 @@ ENDINGS = {"SIGINT": {130, -signal.SIGINT}, "SIGTERM": {143, -signal.SIGTERM}, "
 """Exit codes of docs/commands.md; a signal that comes before Python has reached the command ends it as signals do."""
 LINES = {
     "campaign": "campaign --healthy 4 --only presence --workers 2 --out kept",
-    "calibrate": "calibrate recorded.mcap --jobs 2 --out unit.toml",
+    "calibrate": "calibrate recorded.mcap --workers 2 --out unit.toml",
     "evaluate": "evaluate --on hands --units 8 --seconds 2 --out kept",
 }
 LATEST_S = {"campaign": 15.0, "calibrate": 20.0, "evaluate": 25.0}

@@ -31,16 +31,26 @@ OPEN = " *"
 @click.command("calibrate")
 @click.argument("recordings", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--out", required=True, type=UNIT, help="Unit file to write.")
-@click.option("--start", default="reference", show_default=True, help="Starting unit: name or .toml.")
-@click.option("--firmware", type=click.Choice(list(FIRMWARE)), help="Version; default: that of the recordings.")
-@click.option("--jobs", type=click.IntRange(1, 1000), default=os.cpu_count() or 1, show_default=True, help="Processes.")
+@click.option(
+    "--start", metavar="UNIT", default="reference", show_default=True, help="Starting unit: a name or a .toml file."
+)
+@click.option(
+    "--firmware", type=click.Choice(list(FIRMWARE)), help="Firmware version; default: that of the recordings."
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 1000),
+    default=os.cpu_count() or 1,
+    show_default=True,
+    help="Number of processes.",
+)
 def calibrate_command(
     *,
     recordings: tuple[Path, ...],
     out: Path,
     start: str,
     firmware: str | None,
-    jobs: int,
+    workers: int,
 ) -> None:
     """Fit a unit to RECORDINGS (.mcap of `aero-hil record`, or .npz) of one right or left hand and write it to a file.
 
@@ -60,7 +70,7 @@ def calibrate_command(
             traces,
             unit,
             firmware=firmware,
-            jobs=jobs,
+            jobs=workers,
             report=lambda line: console.print(line, style="dim"),
             progress=lambda done_s, about_s: bar.update(
                 task, completed=done_s, total=about_s, description=f"replayed {done_s:.0f} of about {about_s:.0f} s"

@@ -54,7 +54,7 @@ WORKERS = click.option(
     help="Initial condition of all healthy hands, repeatable; default: all kinds on half of the hands.",
 )  # fmt: skip
 @click.option(
-    "--fault", "faults", multiple=True,
+    "--fault", "faults", metavar="FAULT", multiple=True,
     help="Fault of `aero-hil faults`; several for one hand separated by commas; `all` for each fault in its three "
     "severities; repeatable.",
 )  # fmt: skip

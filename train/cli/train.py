@@ -43,7 +43,7 @@ ANOTHER_TASK = (
 @click.option("--steps", type=click.IntRange(1, 10**12), help="Environment steps instead of the recipe's.")
 @click.option(
     "--from", "parameters", type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Checkpoint of another run from which to train the last stage only.",
+    help="Checkpoint of another run; only the last stage is trained, from there.",
 )  # fmt: skip
 @click.option("--resume", is_flag=True, help="Continue the run in the folder.")
 @click.option("--threads", type=click.IntRange(1, 1024), help="Threads of the native backend; all cores by default.")
@@ -68,7 +68,7 @@ def train(
     units: int,
     out: Path,
 ) -> None:
-    """Train RECIPE, `steady` for the hand or `paper` for comparison.
+    """Train a policy by a recipe: `steady` for the hand, `paper` for comparison.
 
     Ctrl-C, SIGTERM and `--minutes` end the training within seconds without loss: `--resume` continues to the weights of
     an uninterrupted run. Finally the last checkpoints and the average of their weights are compared on held-out hands;

@@ -38,13 +38,24 @@ _LOG = logging.getLogger(__name__)
 @click.command()
 @emulation
 @FIRMWARE_PROGRAM
-@click.option("--link", type=LINK, help="Create a symbolic link PATH to the pseudo-terminal.")
-@click.option("--bus-link", type=LINK, help="Also serve the raw servo bus, linked at PATH.")
-@click.option("--bus-port", help="Serve the servos on this serial port, for a physical board; no board is emulated.")
+@click.option("--link", type=LINK, metavar="PATH", help="Create a symbolic link to the pseudo-terminal.")
+@click.option(
+    "--bus-link", type=LINK, metavar="PATH", help="Also serve the raw servo bus, on a pseudo-terminal linked at PATH."
+)
+@click.option(
+    "--bus-port",
+    metavar="PORT",
+    help="Serve the servos on this serial port, for a physical board; no board is emulated.",
+)
 @click.option("--listen", type=HostAndPort(), help="Also serve the board at rfc2217://HOST:PORT, with DTR and RTS.")
 @click.option("--state", type=STATE, help="Keep the board's stored calibration in this file.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
-@click.option("--control", type=LINK, help="Make PATH a socket for acts: one line in, one line out, as at the prompt.")
+@click.option(
+    "--control",
+    type=LINK,
+    metavar="PATH",
+    help="Create a socket for acts: one line in, one line out, as at the prompt.",
+)
 @RECORD
 @VIEW
 @click.option("--prompt", is_flag=True, help="Accept acts on standard input even if it is not a terminal.")

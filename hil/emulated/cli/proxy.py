@@ -20,7 +20,7 @@ from hil.targets.hand_spec import PHYSICAL, named_port
 
 @click.command()
 @click.argument("port")
-@click.option("--link", type=LINK, help="Make PATH a symbolic link to the terminal.")
+@click.option("--link", type=LINK, metavar="PATH", help="Create a symbolic link to the pseudo-terminal.")
 @click.option("--fault", "faults", multiple=True, metavar="FAULT", help=FAULT_HELP)
 @RECORD
 def proxy(*, port: str, link: Path | None, faults: tuple[str, ...], record: Path | None) -> None:

@@ -126,7 +126,7 @@ def test_a_run_that_did_not_pass_is_stored_when_that_is_asked_for(tmp_path):
     (found / "checks.json").write_text(text.replace("true", "false"))
     with pytest.raises(UnusableFileError, match="did not pass"):
         store(found, tmp_path / "mine")
-    store(found, tmp_path / "mine", even_so=True)
+    store(found, tmp_path / "mine", force=True)
     assert load(tmp_path / "mine").hand == HAND
 
 

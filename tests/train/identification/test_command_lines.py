@@ -34,7 +34,7 @@ def test_record_then_calibrate(tmp_path, monkeypatch):
     monkeypatch.setattr("train.cli.calibrate.calibrate", quick)
     unit = tmp_path / "unit.toml"
     result = CliRunner().invoke(
-        calibrate_command, [str(out), "--out", str(unit), "--jobs", "1"], catch_exceptions=False
+        calibrate_command, [str(out), "--out", str(unit), "--workers", "1"], catch_exceptions=False
     )
     assert result.exit_code == 0, result.output
     assert "counts rms" in result.output
