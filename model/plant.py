@@ -140,7 +140,7 @@ class BuiltHandPlant(Plant):
         if not all(map(isfinite, values)) or min(drive.stiffness, drive.damping, drive.limit) < 0.0:
             raise ValueError(f"a drive is finite with stiffness, damping and limit not negative, not {drive}")
         if not drive.current_limit >= 0.0:
-            raise ValueError(f"a current limit is not negative, not {drive.current_limit}")
+            raise ValueError(f"a current limit must not be negative, got {drive.current_limit}")
         self._asked[shaft] = drive
         self._laws[shaft] = drive.torque, drive.stiffness, drive.damping, drive.limit
         self._goals[shaft] = self._setpoints[shaft] = drive.setpoint

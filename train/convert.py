@@ -88,7 +88,7 @@ class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         if (module, name) not in ALLOWED:
             raise CheckpointError(
-                f"the file asks for {module}.{name}, which no policy checkpoint needs; do not trust it"
+                f"the file asks for {module}.{name}, which a policy checkpoint never contains; do not trust it"
             )
         return ALLOWED[module, name]
 

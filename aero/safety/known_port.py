@@ -39,8 +39,8 @@ class KnownPort:
         if self.device is None:
             if self.file is not None and _file(self.name) != self.file:
                 raise ConnectionError(
-                    f"{self.name}: the port was gone. It has no serial number, so what has its name now may be another "
-                    "device, and is left alone"
+                    f"{self.name}: the port was lost. It has no serial number, so the device with its name may now be "
+                    "another one; it is left alone"
                 )
             return self.name
         for port, device in _devices():

@@ -61,7 +61,7 @@ def _stored(path: Path) -> dict[str, int]:
             with TemporaryFile(dir=path.parent):
                 return {}
         except OSError as error:
-            raise ValueError(f"the state of an emulated hand cannot be kept in {path}: {error}") from error
+            raise ValueError(f"the state of an emulated hand cannot be stored in {path}: {error}") from error
     if not path.is_file():
         raise ValueError(f"{path} is not the state of an emulated hand: not a regular file")
     try:

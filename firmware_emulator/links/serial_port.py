@@ -69,4 +69,4 @@ class SerialPort:
         try:
             yield
         except OSError as error:
-            raise ConnectionError(f"the servos' port {self.name} is gone: {error}; look at its adapter") from error
+            raise ConnectionError(f"the servos' port {self.name} was lost: {error}; check its adapter") from error

@@ -224,7 +224,7 @@ def _check(model: ServoModel) -> None:
         if register.source not in model.sources:
             raise ValueError(f"register {register.name}: no source {register.source!r}")
     if missing := sorted(NEEDED - model.places.keys()):
-        raise ValueError(f"no register and nothing instead for {', '.join(missing)}")
+        raise ValueError(f"neither a register nor a substitute for {', '.join(missing)}")
     if unknown := {*model.power_up, *model.power_up.values()} - model.registers.keys():
         raise ValueError(f"power_up names unknown registers: {', '.join(sorted(unknown))}")
     if model.places["baud"].default >= len(model.baud_rates):

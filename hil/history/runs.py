@@ -131,7 +131,7 @@ def _run(folder: Path) -> HandRun:
     stored = baseline.load(folder)
     header = _header(folder)
     if header is None:
-        raise UnusableFileError("holds no recording, so that its date is not known")
+        raise UnusableFileError("its date is unknown, because it holds no recording")
     checks: Mapping[str, Any] = read_json(folder / "checks.json", baseline.LARGEST_BYTES)
     counts = checks.get("counts")
     failed = isinstance(counts, Mapping) and bool(counts.get("failed"))

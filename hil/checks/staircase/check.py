@@ -71,7 +71,7 @@ class Staircase:
         if not _is_multiple(self.sample_period_s, MODEL_STEP_S):
             raise ValueError(f"the sample period must be a multiple of the simulator's step, {MODEL_STEP_S} s")
         if self.levels < 1:
-            raise ValueError(f"a staircase has at least one level, not {self.levels}")
+            raise ValueError(f"a staircase needs at least one level, got {self.levels}")
 
     def commands(self, open_lengths: Floats, closed_lengths: Floats) -> Floats:
         """Return the stream (n, 7) of lengths, m and rad.
