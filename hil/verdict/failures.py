@@ -67,6 +67,8 @@ class Failures:
     """Readings that were measured and judged, passed ones included."""
     complete: bool = False
     """Whether the run reached its end."""
+    doubtful: Mapping[Key, float] = field(default_factory=dict)
+    """Excess of each reading within its limit, but beyond those of all healthy hands."""
 
     @classmethod
     def of(cls, numbers: Mapping[str, Measured], limits: Collection[Limit], end: RunEnd = FINISHED) -> Failures:
@@ -74,11 +76,12 @@ class Failures:
         found = excesses(numbers, limits)
         known = {key: excess for key, excess in found.items() if excess is not None}
         off = {key: excess for key, excess in known.items() if out_of_limits(excess)}
+        doubtful = {key: excess for key, excess in known.items() if excess and key not in off}
         if end.kind in HANDS_FAULT and (end.stop is None or end.stop in STOPS):
             by_error = UNREAD if isinstance(end.error, NoTelemetryError) else ENDED
             what = by_error if end.stop is None else end.stop.value
             off[RUN, what, "hand" if end.channel is None else end.channel.label] = BEYOND_GIVEN
-        return cls(off, frozenset(known), end.kind in TO_ITS_END)
+        return cls(off, frozenset(known), end.kind in TO_ITS_END, doubtful)
 
     @property
     def ended(self) -> bool:
@@ -98,6 +101,16 @@ class Failures:
     def pieces(self) -> frozenset[Piece]:
         """Evidence of the failures."""
         return frozenset(map(self._piece, self.off))
+
+    def recurring(self, after: Failures) -> frozenset[Piece]:
+        """Return the evidence that recurs in a later run: a failed reading is not yet among those of healthy hands.
+
+        A reading near its limit fails in one run and passes in the next on the same hand. Temperatures fail only beyond
+        their limits, because the runs of a case warm the servos up.
+        """
+        lasting = (key for key, excess in self.off.items() if excess * after.doubtful.get(key, 0.0) > 0.0)
+        still = {piece for piece in map(self._piece, lasting) if piece.kind is not EvidenceKind.OWN_SENSOR}
+        return self.pieces & (after.pieces | still)
 
     @property
     def strongest(self) -> Piece | None:

@@ -36,12 +36,12 @@ def outcome_of(before: Failures, after: Failures, proposal: Proposal) -> StepOut
     """Return the outcome of a step; None if inconclusive.
 
     Channels are compared first, kinds of evidence second: a failure may change its form. GONE: no piece of evidence
-    recurs, and each failed reading was measured again. STAYS: the strongest piece, any chance event, or any evidence on
-    the channel of a stop recurs. Anything between is PARTLY, which clears and shows no mode. UNSURE: a stop at another
-    channel, or a failure that went to a channel that was not touched.
+    recurs (`Failures.recurring`), and each failed reading was measured again. STAYS: the strongest piece, any chance
+    event, or any evidence on the channel of a stop recurs. Anything between is PARTLY, which clears and shows no mode.
+    UNSURE: a stop at another channel, or a failure that went to a channel that was not touched.
     """
     subjects = {piece.subject for piece in before.pieces} & LABELS.keys()
-    again = before.pieces & after.pieces
+    again = before.recurring(after)
     if (moved := _moved(before, after, proposal)) is not None:
         return moved
     if before.strongest in again or any(piece.kind in BY_CHANCE for piece in again):
@@ -79,7 +79,7 @@ def _moved(before: Failures, after: Failures, proposal: Proposal) -> StepOutcome
     if StepOutcome.MOVED not in proposal.step.outcomes or at is None or beside is None:
         return None
     # The evidence must leave its first channel: bus noise that wanders between channels convicts no servo.
-    if any(piece.subject == at.label for piece in before.pieces & after.pieces) or not before.kinds(at.label):
+    if any(piece.subject == at.label for piece in before.recurring(after)) or not before.kinds(at.label):
         return None
     kinds = before.kinds(at.label)
     new = {piece for piece in after.pieces - before.pieces if piece.subject in LABELS}

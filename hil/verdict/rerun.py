@@ -250,4 +250,5 @@ def recurring(case: DiagnosisCase, run: Validation) -> frozenset[Piece]:
     if run.header is None:
         return case.before.pieces
     after = Judge.of_recording(run.header).signs_of(run).failures
-    return frozenset(one for one in case.before.pieces if one in after.pieces or one[:2] not in after.measured)
+    before = case.before
+    return before.recurring(after) | {one for one in before.pieces if one[:2] not in after.measured}
