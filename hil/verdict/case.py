@@ -17,7 +17,7 @@ from hil.verdict.outcome import experiments_that_failed
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import FINISHED
 from hil.verdict.steps import ENDED, FailureMode, StepOutcome, neighbour
-from hil.verdict.suspects import LOADED, Isolation, RunSigns, isolate
+from hil.verdict.suspects import LOADED, THUMB, Isolation, RunSigns, isolate
 
 OF_A_DIGIT = LOADED | {EvidenceKind.TIME}
 """Kinds of evidence on the whole hand that one digit makes."""
@@ -173,6 +173,8 @@ def _split(
     ended = group.before.pieces - left
     if group.before.ended or not left or not ended:
         return []
+    if outcome is StepOutcome.MOVED:
+        return _beside_moved(group, done.proposal, left)
     stay = isolate(RunSigns(group.before.of_pieces(left), FINISHED))
     found = [(one, StepOutcome.STAYS) for one in groups_of(stay, group.before)]
     if step.name == AGAIN:
@@ -189,3 +191,20 @@ def _split(
     ends = StepOutcome.GONE if step.restores else StepOutcome.PARTLY
     gone = isolate(RunSigns(group.before.of_pieces(apart), FINISHED))
     return [*((one, ends) for one in groups_of(gone, group.before)), *found]
+
+
+def _beside_moved(
+    group: AmbiguityGroup, exchanged: Proposal, left: frozenset[Piece]
+) -> list[tuple[AmbiguityGroup, StepOutcome]]:
+    """Return the group whose servo has moved, and the groups of what is left elsewhere; empty if nothing is.
+
+    A consequence of the servo would have moved along; the channels of a thumb are one digit.
+    """
+    touched = {one for one in (exchanged.at, exchanged.beside) if one is not None}
+    touched |= THUMB if touched & THUMB else set()
+    elsewhere = frozenset(one for one in left if one.subject in LABELS and LABELS[one.subject] not in touched)
+    if not elsewhere:
+        return []
+    found = groups_of(isolate(RunSigns(group.before.of_pieces(elsewhere), FINISHED)), group.before)
+    moved = replace(group, before=group.before.without(elsewhere))
+    return [(moved, StepOutcome.MOVED), *((one, StepOutcome.UNSURE) for one in found)]

@@ -6,6 +6,7 @@ from abstract_hand import AbstractFault, AbstractHand, drawn, is_of, played
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from aero.channels import FINGERS
 from hil.checks.shared.declaration import EvidenceKind
 from hil.verdict.part import Part
 
@@ -71,3 +72,17 @@ def test_a_wrong_answer_convicts_no_good_part(random):
 def test_an_exchange_that_was_not_done_convicts_no_good_part(random):
     fault = mechanical(random)
     assert all(is_of(suspect, fault) for suspect in played(AbstractHand(fault), idle=True).told)
+
+
+@CASES
+@given(st.sampled_from(FINGERS), st.sampled_from(FINGERS))
+def test_what_an_exchange_leaves_at_a_third_digit_has_a_cause_of_its_own(servo, digit):
+    """The travel of a ring was taken for a consequence of the thumb's servo, and left the case with it."""
+    if servo is digit:
+        return
+    faults = (
+        AbstractFault(Part.SERVO, servo, frozenset({EvidenceKind.TRAVEL, EvidenceKind.TORQUE, EvidenceKind.JUMP})),
+        AbstractFault(Part.DIGIT, digit, frozenset({EvidenceKind.TORQUE}), shows="bend"),
+    )
+    told = played(AbstractHand(*faults)).told
+    assert {(one.part, one.channel) for one in told} == {(Part.SERVO, servo), (Part.DIGIT, digit)}
