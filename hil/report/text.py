@@ -13,7 +13,7 @@ from hil.verdict.judged_run import Validation
 from hil.verdict.run_end import EndKind
 from hil.verdict.sentences import channel_sentences
 
-SCREEN, WIDTH = 20, 80
+SCREEN, WIDTH = 21, 80
 """Lines and columns of a terminal that a failed run may fill, the lines of its experiments included."""
 
 
