@@ -84,7 +84,7 @@ class OutputFolder(Output):
 
 
 BUNDLE = OutputFile(".zip")
-EXPORT = OutputFile(".mcap", ".webp", ".gif", ".json")
+EXPORT = OutputFile(".mcap", ".webp", ".gif")
 FOLDER = OutputFolder()
 LINK = Output()
 PAGE = OutputFile(".html")

@@ -1,8 +1,8 @@
 """`aero-hil setup`: first steps with a new hand, from its port to its name in hands.toml."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,23 +12,27 @@ from serial.tools.list_ports import comports
 from aero.channels import Channel
 from aero.errors import AeroError, NoTelemetryError
 from aero.firmware import FIRMWARE, VERSION_GROUPS
+from aero.safety import SafetyStopError
 from aero.side import Side
 from hil.checks import EXPERIMENTS, Measured
 from hil.checks.look.check import AGAIN, NUDGE, which_moved
 from hil.checks.shared.subjects import subject_words
 from hil.cli.doctor.ports import HAND_USB, Answers, ask, candidates, holders
 from hil.cli.exits import usage_errors
+from hil.cli.options import VIEW
 from hil.dialogue.asker import Asker, Choice, FreeText, Option
 from hil.dialogue.before_moving import motion
+from hil.dialogue.page_asker import PageAsker, asking
 from hil.dialogue.terminal import console
 from hil.dialogue.terminal_asker import TerminalAsker
-from hil.targets.hand_spec import HOMINGS, PortSpec
+from hil.targets.hand_spec import HOMINGS, PortSpec, named_port
 from hil.targets.hands_file import FILE, add_hand, refuse_taken
 from hil.targets.opening import open_spec
 from hil.targets.target import Target
 from hil.verdict.limits import excesses, load_limits, out_of_limits
 from hil.verdict.rerun import nudge
 from hil.verdict.validation import validate
+from hil.view.sources import source_of
 
 SLOW_HOMING_S = 45.0
 """Homing time that separates the versions, s: the newer ones take 42.6 s if every search times out, the others 57 s."""
@@ -41,11 +45,8 @@ CLEAR = (
     "Take everything out of the hand, and keep fingers, cables and clothes clear of it. Homing drives each digit into "
     "its stop, {homings} times, in 5 s to a minute each. Only the switch of the supply stops a homing."
 )
-CLOSES = "The versions {versions} remain. Their motions differ. "
-WHICH = (
-    "Which version was flashed? It is in the name of the file, such as firmware_v0.1.4_righthand.bin. The motion fits "
-    "each of these versions."
-)
+CLOSES = "The versions {versions} remain. Their motions differ."
+WHICH = "Which version was flashed? It is in the name of the file, such as firmware_v0.1.4_righthand.bin."
 DONE = (Option("done", True),)
 SIDES: tuple[Option[Side], ...] = (Option("right", "right", "r"), Option("left", "left", "l"))
 Opener = Callable[[PortSpec], AbstractContextManager[Target]]
@@ -53,19 +54,22 @@ Opener = Callable[[PortSpec], AbstractContextManager[Target]]
 
 @click.command()
 @click.option("--hil", "port", metavar="PORT", help="Port of the hand; without it, the port is found by unplugging it.")
-def setup(*, port: str | None) -> None:
+@VIEW
+def setup(*, port: str | None, view: bool) -> None:
     """Set up a new hand: port, side, firmware, homing, a first motion of each channel, and its name in hands.toml.
 
     Takes up to ten minutes. Each motion is announced and waits for an answer. Ctrl-C opens the hand and ends the setup;
-    the file is written at its end.
+    the file is written at its end. The page of --view opens once port and side are known.
     """
-    asker = TerminalAsker(console())
+    asker = PageAsker(console()) if view else TerminalAsker(console())
     try:
         with usage_errors():
             if not os.access(".", os.W_OK):
                 raise ValueError(f"{FILE} is written to the working folder, which is read-only; start in another one")
             if Path(FILE).exists():
                 refuse_taken("new-hand-to-be-named")
+            if port is not None:
+                port = named_port(port).port
         set_up(asker, port)
     except BaseException as error:
         asker.close()
@@ -78,7 +82,7 @@ def set_up(asker: Asker, port: str | None, open_one: Opener = open_spec) -> None
     """Guide a person through the first steps.
 
     Raises:
-        SafetyStopError: the guard stopped the hand, or refused to move it.
+        SafetyStopError: the guard stopped the hand, or refused to move it; it is named nevertheless.
         AeroError, NoHandError: the hand does not answer any more.
     """
     name = _name(asker)
@@ -86,6 +90,37 @@ def set_up(asker: Asker, port: str | None, open_one: Opener = open_spec) -> None
     versions = candidates(_answers(asker, port)) or tuple(FIRMWARE)
     asker.tell(f"a hand answers at {port}; it behaves like firmware {' or '.join(versions)}")
     spec = PortSpec(port, versions[-1], asker.ask(Choice(SIDE, SIDES)))
+    with asking(asker, spec, title=f"New {spec.side} hand at {port}") as page:
+
+        @contextmanager
+        def seen(spec: PortSpec) -> Iterator[Target]:
+            with open_one(spec) as target:
+                page.follow(source_of(target))
+                yield target
+
+        odd: list[str] = []
+        stop: SafetyStopError | None = None
+        try:
+            versions, odd = _moved(asker, spec, versions, seen)
+        except SafetyStopError as error:  # a faulty hand needs its name, too: its validation finds the part
+            stop = error
+            asker.tell("The hand was stopped; its first motions end here.")
+        if len(versions) > 1:
+            options = (*(Option(one, one) for one in versions), Option(f"not sure: {versions[-1]}", versions[-1], "u"))
+            versions = (asker.ask(Choice(WHICH, options)),)
+        add_hand(name, _by_id(port), versions, side=spec.side)
+        asker.tell(f"{name} is in {FILE}: {spec.side} hand, firmware {versions[0]}")
+        for line in odd:
+            asker.tell(line)
+        asker.tell(f"next: aero-hil validate --hil {name}")
+    if stop is not None:
+        raise stop
+
+
+def _moved(
+    asker: Asker, spec: PortSpec, versions: tuple[str, ...], open_one: Opener
+) -> tuple[tuple[str, ...], list[str]]:
+    """Home and move the hand; return the versions that it moves like, and a line for each odd motion."""
     slow = _homed(asker, spec, open_one)
     versions = tuple(one for one in versions if (FIRMWARE[one].homing_s > SLOW_HOMING_S) == slow) or versions
     spec = replace(spec, firmware=versions[-1])
@@ -93,14 +128,7 @@ def set_up(asker: Asker, port: str | None, open_one: Opener = open_spec) -> None
         odd = _nudged(asker, target, spec)
         if len(alike := _groups(versions)) > 1 and not odd:
             versions = _told(asker, target, spec, alike)
-    if len(versions) > 1:
-        options = (*(Option(one, one) for one in versions), Option(f"not sure: {versions[-1]}", versions[-1], "u"))
-        versions = (asker.ask(Choice(WHICH, options)),)
-    add_hand(name, _by_id(port), versions, side=spec.side)
-    asker.tell(f"{name} is in {FILE}: {spec.side} hand, firmware {versions[0]}")
-    for line in odd:
-        asker.tell(line)
-    asker.tell(f"next: aero-hil validate --hil {name}")
+    return versions, odd
 
 
 def _name(asker: Asker) -> str:
@@ -190,9 +218,11 @@ def _told(asker: Asker, target: Target, spec: PortSpec, groups: Sequence[tuple[s
     """Return the versions that the hand moves like; all of them if its motion tells none."""
     chosen = [EXPERIMENTS[name] for name in TELLING]
     furthest = [max(one.furthest[channel] for one in chosen) for channel in Channel]
-    asker.announce(motion(furthest, sum(one.hand_s for one in chosen), spec.guard))
+    hand_s = sum(one.hand_s for one in chosen)
+    asker.announce(motion(furthest, hand_s, spec.guard))
     asker.ask(Choice(CLOSES.format(versions=", ".join(sum(groups, ()))), (Option("start", True),)))
-    run = validate(target, TELLING)
+    run = validate(target, TELLING, progress=lambda done, doing: asker.progress(done, doing, (1.0 - done) * hand_s))
+    asker.progress(1.0, "done", 0.0)
     if isinstance(run.end.error, KeyboardInterrupt | SystemExit):
         raise run.end.error
     if run.end.error is not None:

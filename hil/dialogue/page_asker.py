@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING
 
-from hil.dialogue.asker import Answer, CaseShown, Choice, Motion, Question
+from hil.dialogue.asker import Answer, Asker, CaseShown, Choice, Motion, Question
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal_asker import TerminalAsker
 from hil.dialogue.viewing import viewing
@@ -139,10 +139,11 @@ class SeenHand:
 
 
 @contextmanager
-def asking(asker: TerminalAsker, hand: PortSpec) -> Iterator[Observer]:
+def asking(asker: Asker, hand: PortSpec, title: str = "") -> Iterator[Observer]:
     """Serve a page with questions during the block if the asker uses one; yield its observer."""
     wanted = isinstance(asker, PageAsker)
-    with viewing(wanted, hand, asks=True, on_words=asker.hear if isinstance(asker, PageAsker) else None) as page:
+    words = asker.hear if isinstance(asker, PageAsker) else None
+    with viewing(wanted, hand, asks=True, on_words=words, title=title) as page:
         if isinstance(asker, PageAsker):
             asker.page = page
         yield page

@@ -21,6 +21,7 @@ def viewing(
     asks: bool = False,
     on_words: Callable[[str], object] | None = None,
     faults: Sequence[FaultOffered] = (),
+    title: str = "",
 ) -> Iterator[Observer]:
     """Serve a page for the duration of a command if `wanted`, and print its address on standard error.
 
@@ -34,13 +35,15 @@ def viewing(
         asks: True if `on_words` accepts answers of the user and Stop, False if it accepts acts.
         on_words: called in another thread with the user's input on the page; None for a page without input.
         faults: faults that the page offers to inject.
+        title: title line of the page; empty for the description of the hand.
     """
     feed: Feed | None = None
     try:
         if wanted:
             acts = on_words is not None and not asks
             feed = Feed(
-                Heading(spec.describe(), spec.side, live=True, hands_on=acts, asks=asks, faults=tuple(faults)), on_words
+                Heading(title or spec.describe(), spec.side, live=True, hands_on=acts, asks=asks, faults=tuple(faults)),
+                on_words,
             )
     except ChildError as error:
         echo(f"{error}; the hand runs without it", err=True)

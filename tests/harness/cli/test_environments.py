@@ -25,7 +25,13 @@ ENVIRONMENTS = {
     "a terminal without sense": {"TERM": "nonsense", "COLUMNS": "-5", "LINES": "x", "TMPDIR": "/nonexistent"},
     "no path and no place to cache": {"PATH": None, "XDG_CACHE_HOME": "/proc/x", "MPLCONFIGDIR": "/proc/x"},
 }
-QUICK = {"doctor": None, "validate --hil bench": 2, "firmware build nowhere --out out": 2, "guard /dev/none": 3}
+QUICK = {
+    "doctor": None,
+    "validate --hil bench": 2,
+    "firmware build nowhere --out out": 2,
+    "guard /dev/none": 3,
+    "setup": 130,
+}
 USUAL = QUICK | {"faults": 0, "validate --only presence": 0, "run-policy --seconds 0.1 --wait 0 --empty": 0}
 """Command to its exit code; None for one whose code depends on what is installed."""
 COMMANDS = USUAL | {

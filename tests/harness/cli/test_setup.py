@@ -1,9 +1,12 @@
 """`aero-hil setup`: from an unknown hand to its name, without a motion before its question."""
 
+from contextlib import contextmanager
+
 import pytest
 from click.testing import CliRunner
 
 from aero.firmware import FIRMWARE
+from aero.safety import SafetyStopError
 from hil import emulate
 from hil.checks.look.check import NONE
 from hil.cli import main, setup
@@ -138,3 +141,35 @@ def test_the_end_of_the_input_interrupts_it(monkeypatch, tmp_path):
     ran = CliRunner().invoke(main, ["setup", "--hil", "/dev/ttyACM7"], input="bench\n")
     assert ran.exit_code != 0
     assert not (tmp_path / FILE).exists()
+
+
+class DeadMotor:
+    """Hand that its guard stops when it is closed: a finger is not open, as that of a dead motor after a homing."""
+
+    def __init__(self, opened):
+        self._opened = opened
+
+    @contextmanager
+    def __call__(self, spec):
+        with self._opened(spec) as target:
+            yield target
+        raise SafetyStopError("SWITCH THE HAND'S SUPPLY OFF: ring is 38% closed")
+
+
+def test_a_hand_that_its_guard_stops_gets_its_name_and_the_stop_ends_the_setup(owned, monkeypatch):
+    """Its validation, which finds the part, needs the name."""
+    owner, whole = Owner("right"), setup.set_up
+    monkeypatch.setattr(setup, "set_up", lambda asker, port, opened: whole(asker, port, DeadMotor(opened)))
+    with pytest.raises(SafetyStopError, match="SUPPLY OFF"):
+        owned(owner, "0.2.0", "right")
+    assert read_hands(setup.Path(FILE))["bench"]["firmware"] == "0.2.0"
+    assert owner.told[-1] == "next: aero-hil validate --hil bench"
+    assert not any("Each channel moves" in question for question in owner.asked)
+
+
+@pytest.mark.parametrize("port", ["nobody", "emulated", "", "file.toml"])
+def test_what_is_no_port_is_refused_before_the_first_question(port, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    ran = CliRunner().invoke(main, ["setup", "--hil", port])
+    assert (ran.exit_code, ran.output.count("\n")) == (2, 1)
+    assert "Name of this hand" not in ran.output
