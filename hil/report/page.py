@@ -21,6 +21,7 @@ from hil.checks.shared.declaration import number
 from hil.checks.shared.experiment import Details
 from hil.checks.shared.subjects import CHANNELS, SUBJECTS, subject_words
 from hil.recordings.recording import Event, Recording
+from hil.report.bands import banded
 from hil.report.beside_paper import MARKED, compared, reasons, table, text_rows
 from hil.report.evidence import Evidence, by_finding, first_plot, first_seen
 from hil.report.finger_map import DIGITS, MARKS, verdicts
@@ -140,7 +141,7 @@ def render_report(validation: Validation, files: Mapping[str, str] | None = None
         since=first_seen(validation),
         sentences=channel_sentences(validation)[:MOST_SENTENCES],
         health=health_of(validation),
-        first=first_plot(validation, seen),
+        first=(first := first_plot(validation, seen)) and replace(first, plot=banded(first.plot, validation)),
         evidence=[shown[finding] for finding in speaking if finding in shown],
         others=[item for item in shown.values() if item.finding not in (*speaking, validation.end.finding)],
         most=MOST_FINDINGS,
@@ -263,7 +264,8 @@ def _sections(validation: Validation) -> list[Section]:
         judged, bad = JUDGED[name], failed(result.findings)
         own = {CHANNELS.index(finding.subject) for finding in bad if finding.subject in CHANNELS}
         channels = [Channel(number) for number in sorted(own)] or Channel
-        plot = whole(result.recording, channels) if name in EXPERIMENTS and drawable(result.recording) else None
+        drawn = name in EXPERIMENTS and drawable(result.recording)
+        plot = banded(whole(result.recording, channels), validation) if drawn else None
         details = judged.details(result.recording) if judged.details and result.measured else None
         found.append(Section(name, judged.title, result, len(bad), plot, details))
     return found

@@ -5,6 +5,7 @@ import json
 import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,17 @@ READ_AS = {"codes": 1.0, "command_codes": 1.0, "currents": 1e3, "temperatures": 
 """Integer steps per unit of a series; by default 1e6, steps of a thousandth of a mm or mrad."""
 ROWS = ("position", "error", "current", "temperature", "length", "difference")
 """Plot rows of `templates/plots.js`, top to bottom; rows without recorded data are omitted."""
+
+
+class Band(NamedTuple):
+    """Permitted range of a channel in a row, in the row's unit; None for an open end."""
+
+    row: str
+    channel: int
+    low: float | None
+    high: float | None
+    words: str
+    """Name of the reading, which may be that at the end stop only."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +68,8 @@ class Plot:
     columns: tuple[PlotColumn, ...]
     together: bool = False
     """True to overlay all columns on one time axis, each from its own `zero`."""
+    bands: tuple[Band, ...] = ()
+    """Limit bands; a chart draws the one that its channels share."""
 
     @property
     def json(self) -> str:

@@ -81,10 +81,22 @@
       font: "12px system-ui, sans-serif", labelFont: "11px system-ui, sans-serif" };
     const holder = document.createElement("div");
     holder.className = row === plot.rows[0] ? "" : "lower";
+    // The limits are drawn if all channels of the chart have the same.
+    const shown = sources.flatMap((source) => source.channels), bands = plot.bands.filter(
+      ([name, channel]) => name === row && shown.includes(channel));
+    const band = shown.every((channel) => bands.some((one) => one[1] === channel)) &&
+      new Set(bands.map(([, , low, high]) => `${low} ${high}`)).size === 1 ? bands[0] : null;
+    const limits = (u, { top, left, width, height }) => {
+      const y = (v, end) => (v == null ? end : Math.min(top + height, Math.max(top, u.valToPos(v, units[0], true))));
+      const [high, low] = [y(band[3], top), y(band[2], top + height)];
+      u.ctx.globalAlpha = 0.16; u.ctx.fillStyle = colour("good"); u.ctx.fillRect(left, high, width, low - high);
+      u.ctx.globalAlpha = 1;
+    };
     const mark = (u) => {
       const { left, top, width, height } = u.bbox, x = (t) => u.valToPos(t - zero(column), "x", true);
       u.ctx.save();
       u.ctx.beginPath(); u.ctx.rect(left, top, width, height); u.ctx.clip();
+      if (band) limits(u, u.bbox);
       if (column.mark) { u.ctx.fillStyle = colour("found"); u.ctx.fillRect(x(column.mark[0]), top,
         Math.max(2, x(column.mark[1]) - x(column.mark[0])), height); }
       if (column.at != null) { u.ctx.strokeStyle = colour("bad"); u.ctx.lineWidth = 2 * devicePixelRatio;

@@ -1,0 +1,39 @@
+"""Limit bands in the plots: permitted ranges of the readings that a plot over time shows as they are."""
+
+import math
+from dataclasses import replace
+
+from hil.checks import metric_of
+from hil.checks.shared.subjects import CHANNELS
+from hil.report.plots import Band, Plot
+from hil.verdict.judged_run import Validation
+from hil.verdict.limits import load_limits
+
+DRAWN = {
+    "pull": "current",
+    "stop_current": "current",
+    "holding_current": "current",
+    "temperature": "temperature",
+    "closed_percent": "position",
+}
+"""Metric to its plot row. Means, slopes, times and shares are no samples of a row, and have no band."""
+
+
+def banded(plot: Plot, validation: Validation) -> Plot:
+    """Return a plot with the limit bands of its experiment."""
+    header = validation.header
+    if header is None:
+        return plot
+    limits = load_limits(header.firmware, guarded=bool(header.safety))
+    bands = (
+        Band(row, CHANNELS.index(subject), _finite(one.at_least), _finite(one.at_most), metric.words)
+        for one in limits
+        if one.experiment == plot.experiment and (row := DRAWN.get(one.metric)) in plot.rows
+        for subject in one.subjects
+        if subject in CHANNELS and (metric := metric_of(one.experiment, one.metric, subject)) is not None
+    )
+    return replace(plot, bands=tuple(bands))
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
