@@ -97,8 +97,8 @@ class Watch:
             if self._debounce.seconds(("current", channel), drawn > limit_a, t) >= limit_s:
                 yield Violation(
                     SafetyReason.CURRENT,
-                    f"{channel.label} has drawn more than {limit_a:g} A for {limit_s:g} s, now {drawn:.1f} A: look "
-                    "for what blocks it",
+                    f"{channel.label} has drawn more than {limit_a:g} A for {limit_s:g} s, now {drawn:.1f} A: "
+                    "something blocks it, or its reading is wrong",
                     channel,
                 )
 

@@ -240,7 +240,7 @@ def _busy(run: Validation) -> Validation:
         names, what = sorted({name for name, _ in stretches}), f"{len(stretches)} stretches were not judged"
     else:
         names, what = throughout, f"no time in {len(throughout)} experiments can be judged"
-    reason = f"{what}: this computer was held up. Try again on a quiet machine."
+    reason = f"{what}: this computer was held up."
     return replace(run, end=RunEnd(EndKind.HOST_BUSY, ", ".join(names), reason))
 
 

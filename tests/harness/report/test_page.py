@@ -5,12 +5,14 @@ import json
 import re
 import zlib
 from dataclasses import replace
+from html import unescape
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from synthetic import staircase
 
+import hil
 from aero.channels import Channel
 from hil.checks import EXPERIMENTS
 from hil.checks.shared.signals import find_steps
@@ -22,6 +24,7 @@ from hil.verdict.judged_run import Result, Validation
 from hil.verdict.part import Part
 from hil.verdict.parts import Suspect
 from hil.verdict.run_end import FINISHED, EndKind, RunEnd
+from hil.verdict.validation import validate
 
 GOOD = Finding(
     "rise_hand_ms", "ring", True, "50 ms", "at most 70 ms", "logs", "slow <servo>", "look", experiment="staircase"
@@ -199,3 +202,15 @@ def test_a_busy_host_gives_no_verdict(recording):
     html = page(recording, [GOOD], end=RunEnd(EndKind.HOST_BUSY, "staircase", "It was late three times"))
     assert "Not judged" in html
     assert "Out of limits" not in html
+
+
+@pytest.mark.parametrize("fault", ["current_wrong:ring=severe", "servo_hot:ring=severe", "host_stalls=severe"])
+def test_the_head_leaves_the_advice_to_the_next_step(fault):
+    """A stop by the guard, a failed gate and a busy computer said two things to do."""
+    with hil.emulate(faults=(fault,), guarded=True) as target:
+        run = validate(target, ["presence", "audit", "excursion"])
+    said = unescape(render_report(run))
+    [end] = re.findall(r'<p class="end">(.*?)</p>', said)
+    assert said.count("Do this.") == 1
+    assert run.end.finding.remedy not in end
+    assert not re.search(r"\b([Ll]ook|[Tt]ry|[Rr]epair|[Cc]ontinue|[Cc]lose|[Cc]heck) ", end)
