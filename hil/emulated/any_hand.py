@@ -20,7 +20,6 @@ from hil.emulated.emulated_spec import EmulatedSpec, named_spec, parsed_faults, 
 from hil.emulated.emulated_target import EmulatedTarget, GroundTruth
 from hil.emulated.faults.bench import BenchHere
 from hil.emulated.faults.fault import Injection
-from hil.emulated.faults.schedule import Schedule
 from hil.emulated.faults.workbench import Workbench
 from hil.emulated.pty_process import serve_in_child
 from hil.targets.argument_names import suggesting
@@ -103,9 +102,7 @@ def open_emulated(spec: EmulatedSpec) -> AbstractContextManager[EmulatedTarget]:
     unit = unit_named(spec.unit)
     if spec.conditions is not None:
         unit = spec.conditions.applied(unit)
-    return (_pty if spec.port == "pty" else _emulated)(
-        EmulatedOpening(spec, unit=unit, schedule=Schedule(spec.faults, spec.seed))
-    )
+    return (_pty if spec.port == "pty" else _emulated)(EmulatedOpening(spec, unit=unit))
 
 
 @dataclass(frozen=True)
@@ -115,8 +112,6 @@ class EmulatedOpening(Opening):
     spec: EmulatedSpec
     unit: Unit = field(kw_only=True)
     """Unit of the hand, adapted to its initial conditions."""
-    schedule: Schedule = field(default_factory=Schedule, kw_only=True)
-    """Faults of the hand, with their firing state."""
 
     def fields(self, hand: Hand, clock: Clock, wire: WireLog) -> dict[str, Any]:
         """Return the fields of `EmulatedTarget` that every emulated hand has."""
@@ -126,10 +121,10 @@ class EmulatedOpening(Opening):
 
 @contextmanager
 def _emulated(opening: EmulatedOpening) -> Iterator[EmulatedTarget]:
-    electronics, workbench = build_emulated(opening.unit, opening.spec, schedule=opening.schedule)
+    electronics, workbench = build_emulated(opening.unit, opening.spec)
     with closing(electronics), in_process(opening, workbench, host_link(workbench)) as target:
         yield target
-    opening.schedule.require_all_fired()
+    workbench.schedule.require_all_fired()
 
 
 @contextmanager

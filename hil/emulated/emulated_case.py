@@ -15,7 +15,6 @@ from hil.emulated.emulated_hand import build_emulated, host_link
 from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults import parse_fault
 from hil.emulated.faults.acts import act
-from hil.emulated.faults.schedule import Schedule
 from hil.emulated.faults.workbench import EMPTIED
 from hil.recordings.recording import Header
 from hil.targets.hand_errors import NoHandError
@@ -64,8 +63,8 @@ class EmulatedCaseHand:
             ValueError: an unknown unit, or a fault that cannot be injected into this hand.
         """
         self.spec, self.helper = spec, self
-        self._opening = EmulatedOpening(spec, unit=unit_named(spec.unit), schedule=Schedule(spec.faults, spec.seed))
-        self.electronics, self.workbench = build_emulated(self._opening.unit, spec, schedule=self._opening.schedule)
+        self._opening = EmulatedOpening(spec, unit=unit_named(spec.unit))
+        self.electronics, self.workbench = build_emulated(self._opening.unit, spec)
         self.clock = self.electronics.clock
 
     @contextmanager

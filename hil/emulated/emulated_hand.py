@@ -35,23 +35,21 @@ def build_emulated(
     start: Start = "homed",
     nvs: Nvs | None = None,
     rewire: Rewire | None = None,
-    schedule: Schedule | None = None,
 ) -> tuple[FaultyHand, Workbench]:
     """Return the electronics of an emulated hand with faults, and its workbench, which also has the mechanics.
 
     Args:
         unit: parameters of the healthy hand.
-        spec: specification of the hand; with a cube, the mechanics are a `CubePlant`.
+        spec: specification of the hand and its faults; with a cube, the mechanics are a `CubePlant`.
         start: state of the board, as for `EmulatedHand`.
         nvs: stored memory of the board.
         rewire: wraps the mechanics in a plant that faults do not see.
-        schedule: faults to be injected, with start times from the ready hand; None for none.
 
     Raises:
         ValueError: a fault cannot be injected into this hand.
         FirmwareProgramError: the program does not run, or does not home.
     """
-    schedule = schedule or Schedule(seed=spec.seed)
+    schedule = Schedule(spec.faults, spec.seed)
     if spec.firmware_program is not None:
         refuse_in_a_program(schedule.faults)
     side, seed = spec.side, spec.seed

@@ -23,7 +23,6 @@ from firmware_emulator.links.pty import PtyServer
 from firmware_emulator.native.program import FirmwareProgramError
 from hil.emulated.emulated_hand import build_emulated
 from hil.emulated.emulated_spec import EmulatedSpec, parsed_faults
-from hil.emulated.faults import Schedule
 from hil.emulated.faults.bench import BenchState
 from hil.emulated.hand_source import EmulatedSource
 from hil.emulated.hands_on import HandsOn
@@ -62,15 +61,12 @@ class ServedHand:
             ValueError: an unknown unit, faults that do not fit the hand, or a port in use.
             FirmwareProgramError: the program does not run, or does not home.
         """
-        self.schedule = Schedule(spec.faults, spec.seed)
-        """Faults, with their firing state."""
         self.unit = unit_named(spec.unit)
         self.electronics, self.workbench = build_emulated(
             self.unit,
             spec,
             start="homed" if bus_port is None else "bare",
             nvs=Nvs(state),
-            schedule=self.schedule,
         )
         self.workbench.at_a_port = True
         self.electronics.says_rom_text = True
@@ -140,7 +136,7 @@ def _served(spec: EmulatedSpec, word: str, ended: Callable[[], bool], *, observe
     with served.server as server, closing(served.electronics):
         _say(word, f"{server.name} {server.url or ''}".rstrip())
         server.run(stop)
-    for fault in served.schedule.unfired():
+    for fault in served.workbench.schedule.unfired():
         _say(NEVER_FIRED, str(fault))
     return following
 

@@ -24,7 +24,7 @@ from aero.safety.opening import SWITCH_OFF
 from aero.safety.stop import Phase
 from hil.emulated.emulated_hand import build_emulated
 from hil.emulated.emulated_spec import EmulatedSpec
-from hil.emulated.faults import Schedule, parse_fault
+from hil.emulated.faults import parse_fault
 from hil.emulated.faults.fault import FaultLayer
 from hil.emulated.faults.link_faults import LinkFaults
 from hil.targets.opening import guard
@@ -72,8 +72,8 @@ class GuardedProgram:
         built = f", faults={list(faults)!r}" if faults else ""
         self.lines = [f"program = {type(self).__name__}(firmware={firmware!r}, seed={seed}, unit={unit!r}{built})"]
         if after is None:
-            spec, schedule = EmulatedSpec(firmware=firmware, seed=seed), Schedule(map(parse_fault, faults), seed)
-            self.electronics, self._bench = build_emulated(unit_named(unit), spec, schedule=schedule)
+            spec = EmulatedSpec(firmware=firmware, seed=seed, faults=tuple(faults))
+            self.electronics, self._bench = build_emulated(unit_named(unit), spec)
         else:
             self.electronics, self._bench = after.electronics, after._bench
         self._seed = seed

@@ -125,7 +125,7 @@ def emulate(
                 echo(f"also {server.url}")
             echo(f"ready {server.name}")
             server.run(stop)
-    served.schedule.require_all_fired()
+    served.workbench.schedule.require_all_fired()
 
 
 def in_terminal() -> bool:

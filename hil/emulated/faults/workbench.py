@@ -50,7 +50,8 @@ class Workbench:
         """Log of acts: time, s on the hand's clock, and text."""
         self.at_a_port = False
         """True if the hand serves a port; host faults are then refused."""
-        self._schedule = schedule
+        self.schedule = schedule
+        """Faults, with their firing state."""
         self._present: dict[Injection, Active] = {}
         self._cables_off: dict[Channel, tuple[Active, list[Injection]]] = {}
         self._held: Active | None = None
@@ -88,7 +89,7 @@ class Workbench:
 
     def build(self, stage: AssemblyStage) -> None:
         """Inject the faults of one stage of the assembly, in the order of the schedule."""
-        faults = [fault for fault in self._schedule.faults if fault.fault.layer.stage is stage]
+        faults = [fault for fault in self.schedule.faults if fault.fault.layer.stage is stage]
         for fault in faults:
             self._present[fault] = fault.fault.inject(self.assembly, fault)
         for fault in faults:
@@ -98,7 +99,7 @@ class Workbench:
     def start(self) -> None:
         """Schedule the faults with a start time, counted from now."""
         kernel = self.electronics.kernel
-        for fault in self._schedule.faults:
+        for fault in self.schedule.faults:
             if fault.at_s:
                 kernel.call_at(kernel.now + fault.at_s, self._begin, fault)
 
@@ -107,7 +108,7 @@ class Workbench:
             return  # cleared before its start time
         active.begin()
         if fault.fault.layer not in FIRES_ITSELF:
-            self._schedule.fire(fault)
+            self.schedule.fire(fault)
 
     def inject(self, fault: Injection) -> None:
         """Inject a fault now, regardless of its start time.
