@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from aero_hil_toml import meant
-from hil.targets.hand_spec import PortSpec, hand_words
+from hil.targets.hand_spec import PortSpec
 from hil.targets.hands_file import EMULATED_TARGETS, fields_of
 
 if TYPE_CHECKING:
@@ -64,13 +64,6 @@ class EmulatedSpec(PortSpec):
         refuse_rivals(self.faults)
         if self.port == "pty":
             refuse_at_a_port(self.faults)
-
-    def describe(self) -> str:
-        """Return a description of the hand for display."""
-        wrong = ", ".join(map(str, self.faults))
-        return hand_words(
-            self.side, self.port, self.firmware, unit=self.unit, seed=self.seed, hand_id=self.hand_id, wrong=wrong
-        )
 
 
 def parsed_faults(faults: Iterable[Injection | str]) -> tuple[Injection, ...]:

@@ -61,6 +61,21 @@ class PortSpec:
             raise ValueError(f"a hand's side is right or left, not {self.side!r}")
 
     @property
+    def unit(self) -> str:
+        """Unit of the hand."""
+        return PHYSICAL
+
+    @property
+    def seed(self) -> int:
+        """Seed of an emulated hand."""
+        return 0
+
+    @property
+    def faults(self) -> tuple[Any, ...]:
+        """Faults of an emulated hand."""
+        return ()
+
+    @property
     def guard(self) -> Thresholds | None:
         """Guard thresholds, or None if the hand is unguarded."""
         from aero.safety import Thresholds  # noqa: PLC0415 - help is quick
@@ -69,7 +84,10 @@ class PortSpec:
 
     def describe(self) -> str:
         """Return a description of the hand for display."""
-        return hand_words(self.side, self.port, self.firmware, unit=PHYSICAL, seed=0, hand_id=self.hand_id)
+        wrong = ", ".join(map(str, self.faults))
+        return hand_words(
+            self.side, self.port, self.firmware, unit=self.unit, seed=self.seed, hand_id=self.hand_id, wrong=wrong
+        )
 
 
 def named_port(name: str, **asked: Any) -> PortSpec:

@@ -79,15 +79,15 @@ def load_unit(name: str) -> Unit:
             `unfinished:`.
     """
     whole_name, name = name, name.removeprefix(UNFINISHED)
-    if name.endswith(".toml"):
+    if name in shipped_units():
+        text = _shipped(name)
+    elif name.endswith(".toml"):
         try:
             text = read_text(Path(name))
         except (OSError, UnicodeDecodeError) as error:
             raise ValueError(f"cannot read the unit file {name}: {error}") from error
         if not text.strip():
             raise ValueError(f"the unit file {name} is empty")
-    elif name in shipped_units():
-        text = _shipped(name)
     else:
         raise ValueError(f"unknown unit {name!r}; choose from {', '.join(shipped_units())}, or give a .toml file")
     table = parsed(text, f"unit {name}")
