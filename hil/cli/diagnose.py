@@ -1,6 +1,5 @@
 """`aero-hil diagnose`: step-by-step isolation of the faulty part of a hand."""
 
-import os
 import shlex
 import sys
 from collections.abc import Mapping
@@ -13,22 +12,19 @@ import click
 
 from aero.clock import Clock, WallClock
 from aero.exit_code import Exit
-from aero.side import Side
 from hil.cli.exits import usage_errors
 from hil.cli.options import VIEW, open_hand
 from hil.dialogue.case_hand import CaseHand, CaseHelper
 from hil.dialogue.case_session import CaseSession
-from hil.dialogue.page_asker import PageAsker, SeenHand, asking
-from hil.dialogue.printing import echo
+from hil.dialogue.page_asker import PageAsker
 from hil.dialogue.terminal import console
 from hil.dialogue.terminal_asker import TerminalAsker
-from hil.emulated.emulated_case import EmulatedCaseHand, emulated_hand
-from hil.report.run_folder import CASE_PAGE
-from hil.targets.hand_spec import PHYSICAL, PortSpec, named_port
-from hil.targets.hands_file import EMULATED_TARGETS, called, fields_of
+from hil.dialogue.viewing import asking
+from hil.emulated.emulated_case import hand_after
+from hil.targets.hand_spec import PortSpec
+from hil.targets.hands_file import EMULATED_TARGETS, fields_at
 from hil.targets.opening import serial_number
 from hil.targets.target import Target
-from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import HandOfCase, read_case
 
 
@@ -81,18 +77,20 @@ def diagnose(
         stored = read_case(folder)
         given = {"--unit": unit, "--firmware-program": program, "--baseline": baseline}
         known = _with_files(stored.hand, {option: str(path.absolute()) for option, path in given.items() if path})
-        hand = _emulated(known, stored.case) if port is None else _on_port(known, port, same_hand=same_hand)
+        if port is not None:
+            hand: CaseHand = _on_port(known, port, same_hand=same_hand)
+        else:
+            hand = hand_after(stored.case, known)
     asker = PageAsker(console()) if view else TerminalAsker(console())
     try:
-        with asking(asker, hand.spec) as page:
-            session = CaseSession(stored, folder, SeenHand(hand, page), asker)
+        with asking(asker, hand.spec):
+            session = CaseSession(stored, folder, hand, asker)
             session.go_through()
     except BaseException as error:
         asker.close()
         if isinstance(error, KeyboardInterrupt):
             asker.tell("the case is interrupted; the same command resumes it at this step")
         raise
-    echo(folder / CASE_PAGE)
     sys.exit(Exit.WITHIN_LIMITS if session.case.mended else Exit.OUT_OF_LIMITS)
 
 
@@ -111,31 +109,13 @@ def _with_files(hand: HandOfCase, given: Mapping[str, str]) -> HandOfCase:
     return replace(hand, **fields)
 
 
-def _emulated(known: HandOfCase, case: DiagnosisCase) -> CaseHand:
-    """Return the emulated hand of a case in its state after the last step."""
-    if known.unit == PHYSICAL:
-        raise click.UsageError("the case is of a hand on a port; give it with --hil")
-    hand = EmulatedCaseHand(emulated_hand(known))
-    hand.redo(case)
-    return hand
-
-
 def _on_port(known: HandOfCase, port: str, *, same_hand: bool) -> CaseHand:
     """Return the hand on a port after checking that it is the case's."""
-    said = fields_of(port)
+    said = fields_at(port, known.hand_id)
     if said["port"] in EMULATED_TARGETS:
         raise click.UsageError("a port or a name is given with --hil; leave it out for the emulated hand of the case")
-    hand = named_port(_name_of(port, known.hand_id))
     if not same_hand:
-        serial = serial_number(hand.port)
-        known.require_same({"hand_id": hand.hand_id or serial, "serial_number": serial, **said})
-    side: Side = "left" if known.side == "left" else "right"
-    baseline = Path(known.baseline) if known.baseline else hand.baseline
-    return HandOnPort(replace(hand, firmware=known.firmware, side=side, baseline=baseline))
-
-
-def _name_of(port: str, name: str) -> str:
-    """Return the name of the case's hand if `hands.toml` gives it this port, for its thresholds; else the port."""
-    if called(port, name) == name and os.path.realpath(fields_of(name)["port"]) == os.path.realpath(port):
-        return name
-    return port
+        serial = serial_number(said["port"])
+        known.require_same({"hand_id": serial, "serial_number": serial, **said})
+    spec = PortSpec(**{**said, "firmware": known.firmware, "side": known.side})
+    return HandOnPort(replace(spec, baseline=Path(known.baseline)) if known.baseline else spec)

@@ -22,9 +22,10 @@ from hil.cli.exits import usage_errors
 from hil.cli.options import VIEW
 from hil.dialogue.asker import Asker, Choice, FreeText, Option
 from hil.dialogue.before_moving import motion
-from hil.dialogue.page_asker import PageAsker, asking
+from hil.dialogue.page_asker import PageAsker
 from hil.dialogue.terminal import console
 from hil.dialogue.terminal_asker import TerminalAsker
+from hil.dialogue.viewing import asking
 from hil.targets.hand_spec import HOMINGS, PortSpec, named_port
 from hil.targets.hands_file import FILE, add_hand, refuse_taken
 from hil.targets.opening import open_spec

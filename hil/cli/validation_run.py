@@ -19,16 +19,16 @@ from hil.cli.options import open_hand
 from hil.cli.output_files import FOLDER
 from hil.dialogue.asker import Choice, Option
 from hil.dialogue.before_moving import motion, readings
-from hil.dialogue.page_asker import PageAsker, asking
+from hil.dialogue.page_asker import PageAsker
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal import ProgressBar
 from hil.dialogue.terminal import console as new_console
 from hil.dialogue.terminal_asker import TerminalAsker
-from hil.dialogue.viewing import telling
+from hil.dialogue.viewing import asking, telling
 from hil.emulated.emulated_case import hand_of_case
 from hil.emulated.emulated_spec import with_fields
 from hil.recordings.output import claimed, emptied, run_folder
-from hil.report.results import write_figures, write_results
+from hil.report.results import write_case_of, write_figures, write_results
 from hil.report.run_folder import clear_run, require_no_steps
 from hil.report.text import result_line, run_text
 from hil.targets.hand_errors import FaultNeverFiredError
@@ -112,8 +112,9 @@ def run(
                 if dry_run:
                     console.print(readings(opened, furthest))
                 if dry_run or opened.guard is not None:
-                    seconds = sum(experiment.hand_s for experiment in chosen)
-                    asker.announce(motion(furthest, seconds, spec.guard, emulated=spec.in_software))
+                    asker.announce(
+                        motion(furthest, sum(one.hand_s for one in chosen), spec.guard, emulated=spec.in_software)
+                    )
                 if folder is None:
                     return
                 if view and opened.guard is not None and sys.stdin is not None and sys.stdin.isatty():
@@ -148,7 +149,8 @@ def run(
         _show(result, observer)
         for line in run_text(result, str(folder / "report.html")):
             console.print(line)
-        write_results(result, folder, hand)
+        write_results(result, folder)
+        write_case_of(result, folder, hand)
     _end(result, folder)
 
 

@@ -112,6 +112,8 @@ class CaseShown:
     """Finished steps with their outcomes."""
     step: StepShown | None = None
     conclusion: str = ""
+    page: str = ""
+    """Path of the page of a closed case."""
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,22 @@
-"""Hand of a case, and a helper that can do its steps."""
+"""Hand of a case, a dialogue that shows it, and a helper that can do its steps."""
 
 from contextlib import AbstractContextManager
 from typing import Protocol
 
 from aero.channels import Channel
 from aero.clock import Clock
+from hil.dialogue.asker import Asker
 from hil.targets.hand_spec import PortSpec
 from hil.targets.target import Target
 from hil.verdict.group import Proposal
 from hil.verdict.noticed import Noticed, Place
+
+
+class CaseAsker(Asker, Protocol):
+    """Dialogue that can also show the hand."""
+
+    def follow(self, target: Target) -> None:
+        """Show an opened hand until it is closed."""
 
 
 class CaseHelper(Protocol):

@@ -19,7 +19,6 @@ from hil.checks.shared.subjects import subject_words
 from hil.dialogue.asker import (
     YES_OR_NO,
     Answer,
-    Asker,
     CaseShown,
     Choice,
     FreeText,
@@ -29,7 +28,7 @@ from hil.dialogue.asker import (
     StepShown,
 )
 from hil.dialogue.before_moving import motion
-from hil.dialogue.case_hand import CaseHand, CaseHelper
+from hil.dialogue.case_hand import CaseAsker, CaseHand, CaseHelper
 from hil.recordings.errors import UnusableFileError
 from hil.report.page import render_case
 from hil.report.results import write_results
@@ -90,7 +89,7 @@ TRY_S = 1.0
 class CaseSession:
     """Case together with its hand and its user."""
 
-    def __init__(self, stored: StoredCase, folder: Path, hand: CaseHand, asker: Asker) -> None:
+    def __init__(self, stored: StoredCase, folder: Path, hand: CaseHand, asker: CaseAsker) -> None:
         """Resume a case.
 
         Args:
@@ -127,7 +126,7 @@ class CaseSession:
         said = conclusion(self.case)
         if self._again:
             said += f" Then validate again: {self._again}"
-        self._asker.show(CaseShown(self._done, conclusion=said))
+        self._asker.show(CaseShown(self._done, conclusion=said, page=str(self._folder / CASE_PAGE)))
 
     @property
     def _again(self) -> str:
@@ -141,6 +140,14 @@ class CaseSession:
         named = ["--firmware", "VERSION", "--side", "SIDE"] if wrong else ["--firmware", spec.firmware]
         side = ["--side", spec.side] if spec.side == "left" and not wrong else []
         return shlex.join(["aero-hil", "validate", "--hil", called(spec.port, spec.hand_id), *named, *side])
+
+    @property
+    def _command(self) -> str:
+        """Shell command that continues the case."""
+        spec = self._hand.spec
+        port = [] if spec.in_software else ["--hil", called(spec.port, spec.hand_id)]
+        files = [word for pair in self.stored.hand.options.items() for word in pair]
+        return shlex.join(["aero-hil", "diagnose", str(self._folder), *port, *files])
 
     @property
     def _done(self) -> tuple[str, ...]:
@@ -266,42 +273,37 @@ class CaseSession:
 
     def _rerun(self, proposal: Proposal, folder: Path, *, freed: bool) -> Outcomes | None:
         """Rerun the failure after a step; return the outcome of each group, None if inconclusive."""
-        done: tuple[Outcomes | None, Validation] | None = None
-        stays = (StepOutcome.STAYS,) * len(self.case.opened)
+        outcomes: Outcomes | None = (StepOutcome.STAYS,) * len(self.case.opened)
+        run: Validation | None = None
+        stop: SafetyReason | None = None
         try:
             with let_through_at_entry(self._opened()) as opened:
                 folder.mkdir(exist_ok=True)
                 clear_run(folder)
-                done = rerun(
+                outcomes, run = rerun(
                     opened, self.case, proposal, freed=freed, folder=folder, baseline=self._hand.spec.baseline,
                     progress=self._asker.progress,
                 )  # fmt: skip
-        except SafetyStopError as error:
+        except SafetyStopError as error:  # after the run, found only when the hand is closed; the readings stay valid
             self._asker.tell(str(error))
-            if done is None:
-                self._inconclusive = capital(str(error)).rstrip(".")
-                return self._stopped(error.reason, stays)
-            # found only when the hand is closed; the readings stay valid
+            stop, self._inconclusive = error.reason, capital(str(error)).rstrip(".")
         except NoHandError as error:
             self._asker.tell(str(error))
             if not self._ask(Choice(CONNECTED, ALL_CONNECTED)):
                 raise
-            return stays
-        outcomes, run = done
-        self._recurring = recurring(self.case, run)
-        self._inconclusive = _reason(run)
-        if proposal.step.check is StepCheck.VERSION and (text := _other_version(run)):
-            self._asker.tell(text)
-            outcomes = outcomes and (StepOutcome.UNSURE,) * len(outcomes)
-        # the run belongs to this case and opens no other
-        spec = self._hand.spec
-        port = [] if spec.in_software else ["--hil", called(spec.port, spec.hand_id)]
-        files = [word for pair in self.stored.hand.options.items() for word in pair]
-        go_on = NextStep(GO_ON, shlex.join(["aero-hil", "diagnose", str(self._folder), *port, *files]))
-        write_results(replace(run, diagnosis=replace(run.diagnosis, case=None, step=go_on)), folder)
-        if run.end.kind is EndKind.INTERRUPTED and run.end.error is not None:
-            raise run.end.error
-        return outcomes if run.end.stop is None else self._stopped(run.end.stop, outcomes)
+        if run is not None:
+            stop = run.end.stop
+            self._recurring = recurring(self.case, run)
+            self._inconclusive = _reason(run)
+            if proposal.step.check is StepCheck.VERSION and (text := _other_version(run)):
+                self._asker.tell(text)
+                outcomes = outcomes and (StepOutcome.UNSURE,) * len(outcomes)
+            # the run belongs to this case and opens no other
+            alone = replace(run.diagnosis, case=None, step=NextStep(GO_ON, self._command))
+            write_results(replace(run, diagnosis=alone), folder)
+            if run.end.kind is EndKind.INTERRUPTED and run.end.error is not None:
+                raise run.end.error
+        return outcomes if stop is None else self._stopped(stop, outcomes)
 
     def _stopped(self, reason: SafetyReason, outcomes: Outcomes | None) -> Outcomes | None:
         """Return the outcomes of a run that the guard stopped; wait and return None if the case itself made it hot."""
@@ -351,6 +353,7 @@ class CaseSession:
                     booted = True
                 self._asker.progress(0.0, "waiting for the board, which may home", max(0.0, LONGEST_BOOT_S - waited_s))
                 self._hand.clock.sleep_until(self._hand.clock.now() + TRY_S)
+            self._asker.follow(opened)
             yield opened
 
     def _resynchronise(self) -> None:

@@ -7,16 +7,13 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING
 
-from hil.dialogue.asker import Answer, Asker, CaseShown, Choice, Motion, Question
+from hil.dialogue.asker import Answer, CaseShown, Choice, Motion, Question
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal_asker import TerminalAsker
-from hil.dialogue.viewing import viewing
-from hil.targets.hand_spec import PortSpec
 from hil.targets.target import Target
 from hil.view.feed import Observer
 from hil.view.frame import ANSWER, STOP, Asked, CaseStands, Moving, Told
@@ -24,8 +21,6 @@ from hil.view.sources import source_of
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-    from hil.dialogue.case_hand import CaseHand
 
 POLL_S = 0.1
 """Poll period for answers on systems without `select` on consoles, s."""
@@ -101,6 +96,10 @@ class PageAsker(TerminalAsker):
         self.page.show(Told(text))
         super().tell(text)
 
+    def follow(self, target: Target) -> None:
+        """Show an opened hand on the page."""
+        self.page.follow(source_of(target))
+
     def read_line(self, legend: str) -> str:
         """Return the first typed or clicked line."""
         echo(f"{legend}> ", nl=False)
@@ -120,30 +119,3 @@ class PageAsker(TerminalAsker):
                 return typed
             if self._typed.over and not self.page.sending:
                 raise KeyboardInterrupt
-
-
-class SeenHand:
-    """Hand of a case that is shown on the page while open."""
-
-    def __init__(self, hand: CaseHand, page: Observer) -> None:
-        """Wrap a hand."""
-        self.spec, self.clock, self.helper = hand.spec, hand.clock, hand.helper
-        self._hand, self._page = hand, page
-
-    @contextmanager
-    def open(self, *, may_be_silent: bool = False) -> Iterator[Target]:
-        """Open the hand and show it on the page."""
-        with self._hand.open(may_be_silent=may_be_silent) as target:
-            self._page.follow(source_of(target))
-            yield target
-
-
-@contextmanager
-def asking(asker: Asker, hand: PortSpec, title: str = "") -> Iterator[Observer]:
-    """Serve a page with questions during the block if the asker uses one; yield its observer."""
-    wanted = isinstance(asker, PageAsker)
-    words = asker.hear if isinstance(asker, PageAsker) else None
-    with viewing(wanted, hand, asks=True, on_words=words, title=title) as page:
-        if isinstance(asker, PageAsker):
-            asker.page = page
-        yield page

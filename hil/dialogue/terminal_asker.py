@@ -10,6 +10,7 @@ from hil.dialogue.asker import Answer, CaseShown, Choice, Motion, Question
 from hil.dialogue.printing import echo
 from hil.dialogue.terminal import BAR_WIDTH, ProgressBar, description, plain
 from hil.dialogue.typed_input import TypedInput
+from hil.targets.target import Target
 
 
 class TerminalAsker:
@@ -60,6 +61,7 @@ class TerminalAsker:
             self._print(f"next step  {step.do} ({minutes}{f', with {step.tool}' if step.tool else ''})")
         if case.conclusion:
             self._print(case.conclusion, style="bold")
+            echo(case.page)
 
     def announce(self, motion: Motion) -> None:
         """Print the announcement of a motion."""
@@ -80,6 +82,9 @@ class TerminalAsker:
     def tell(self, text: str) -> None:
         """Print a line."""
         self._print(text)
+
+    def follow(self, target: Target) -> None:
+        """Show nothing of an opened hand."""
 
     def close(self) -> None:
         """Remove the bar, if shown."""

@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from aero.child_process import ChildError
+from hil.dialogue.asker import Asker
+from hil.dialogue.page_asker import PageAsker
 from hil.dialogue.printing import echo
 from hil.targets.hand_spec import PortSpec
 from hil.view.feed import Feed, Observer
@@ -62,6 +64,17 @@ def viewing(
     if in_terminal := sys.stderr.isatty():
         echo("the page stays until it is closed, or Ctrl-C", err=True)
     feed.end(stay=in_terminal)
+
+
+@contextmanager
+def asking(asker: Asker, hand: PortSpec, title: str = "") -> Iterator[Observer]:
+    """Serve a page with questions during the block if the asker uses one; yield its observer."""
+    on_page = asker if isinstance(asker, PageAsker) else None
+    words = None if on_page is None else on_page.hear
+    with viewing(on_page is not None, hand, asks=True, on_words=words, title=title) as page:
+        if on_page is not None:
+            on_page.page = page
+        yield page
 
 
 def telling(observer: Observer, progress: Callable[[float, str], Any]) -> Callable[[float, str], None]:

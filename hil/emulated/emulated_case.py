@@ -140,6 +140,20 @@ class EmulatedCaseHand:
         return Flashed(assembly.firmware, assembly.board_side, self.spec.firmware, self.spec.side)
 
 
+def hand_after(case: DiagnosisCase, known: HandOfCase) -> EmulatedCaseHand:
+    """Return the emulated hand of a case in its state after the last step.
+
+    Raises:
+        ValueError: the case is of a hand on a port, its unit is unknown, or a fault is.
+    """
+    if not known.emulated:
+        raise ValueError("the case is of a hand on a port; give it with --hil")
+    spec = emulated_hand(known)
+    hand = EmulatedCaseHand(spec)
+    hand.redo(case)
+    return hand
+
+
 def emulated_hand(hand: HandOfCase) -> EmulatedSpec:
     """Return the emulated hand that a case is about.
 

@@ -30,8 +30,20 @@ def write_figures(validation: Validation, out: Path) -> None:
         write_whole(out / "metrics.json", json_text(metrics))
 
 
-def write_results(validation: Validation, out: Path, hand: HandOfCase | None = None) -> None:
-    """Write the figures, the report and the case into the folder of the run's recordings.
+def write_results(validation: Validation, out: Path) -> None:
+    """Write the figures and the report into the folder of the run's recordings.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    write_figures(validation, out)
+    names = [*validation.judged, *(cut.header.experiment for cut in validation.end.cut)]
+    files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
+    write_whole(out / "report.html", render_report(validation, files))
+
+
+def write_case_of(validation: Validation, out: Path, hand: HandOfCase | None = None) -> None:
+    """Write the case that a run opens, if it does, into the run's folder.
 
     Args:
         validation: the run.
@@ -41,10 +53,6 @@ def write_results(validation: Validation, out: Path, hand: HandOfCase | None = N
     Raises:
         OSError: the folder cannot be written.
     """
-    write_figures(validation, out)
-    names = [*validation.judged, *(cut.header.experiment for cut in validation.end.cut)]
-    files = {name: f"{name}.mcap" for name in names if (out / f"{name}.mcap").exists()}
-    write_whole(out / "report.html", render_report(validation, files))
     if (case := validation.diagnosis.case) is not None and (header := validation.header) is not None:
         date = header.started[:16].replace("T", " ")
         write_case(out, StoredCase(case, hand or HandOfCase.of(header), date=date))

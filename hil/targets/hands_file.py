@@ -73,6 +73,20 @@ def fields_of(target: str) -> Fields:
     )
 
 
+def fields_at(port: str, hand_id: str) -> Fields:
+    """Return the fields of the hand on a port: those of its name, if `hands.toml` gives the name this port.
+
+    Raises:
+        ValueError: as for `fields_of`.
+    """
+    said = fields_of(port)
+    with suppress(ValueError):
+        named = fields_of(hand_id)
+        if named.get("hand_id") == hand_id and os.path.realpath(named["port"]) == os.path.realpath(said["port"]):
+            return named
+    return said
+
+
 def called(port: str, hand_id: str) -> str:
     """Return the value of `--hil` for a hand: its name, if `hands.toml` has it here, else its port."""
     if not _may_name(hand_id):

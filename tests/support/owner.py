@@ -22,7 +22,7 @@ from hil.emulated.emulated_case import EmulatedCaseHand
 from hil.emulated.emulated_spec import EmulatedSpec
 from hil.emulated.faults.fault import FaultLayer, Injection
 from hil.emulated.faults.winding import NEIGHBOUR
-from hil.report.results import write_results
+from hil.report.results import write_case_of, write_results
 from hil.targets.hand_errors import NoHandError
 from hil.verdict.case import DiagnosisCase
 from hil.verdict.case_file import CASE, read_case
@@ -105,6 +105,9 @@ class Owner:
 
     def announce(self, motion):
         self.shown.append(motion)
+
+    def follow(self, target):
+        """Look on."""
 
     def progress(self, part, doing, left_s):
         """Wait."""
@@ -197,6 +200,7 @@ def play(
                     raise
             found, busy = not run.passed, run.end.kind is EndKind.HOST_BUSY
             write_results(run, folder)
+            write_case_of(run, folder)
             if (folder / CASE).exists():
                 session = CaseSession(read_case(folder), folder, hand, owner)
                 session.go_through()

@@ -56,6 +56,9 @@ class Silent:
     def announce(self, motion):
         self.announced.append(motion)
 
+    def follow(self, target):
+        """Look on."""
+
     def progress(self, part, doing, left_s):
         self.doing.append((part, doing, left_s))
 
