@@ -56,6 +56,14 @@ class Taken:
     proposal: Proposal
     outcome: StepOutcome
 
+    @property
+    def changed(self) -> bool:
+        """Whether the step may have changed the failure without showing it, so that the next one would be blamed."""
+        step = self.proposal.step
+        # what a step has put back is there again
+        doubtful = self.outcome is StepOutcome.PARTLY or (self.outcome is StepOutcome.UNSURE and step.runs)
+        return doubtful and not step.restores
+
 
 class CaseState(Enum):
     """State of a group or a case."""
@@ -219,8 +227,7 @@ class AmbiguityGroup:
         if not self.taken and self.by_chance:
             return again
         last = self.taken[-1] if self.taken else None
-        # what a step has put back is there again
-        if last and last.outcome is StepOutcome.PARTLY and not last.proposal.step.restores and last.proposal != again:
+        if last and last.changed and last.proposal != again:
             return again
         useful = self._unconfirmed or self._useful(self.candidates)
         names = {one.step.name for one in useful}
