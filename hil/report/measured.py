@@ -11,7 +11,7 @@ from hil.checks.shared.declaration import number
 from hil.verdict.judged_run import Result
 
 FORMAT = 1
-"""Format version of `metrics.json` and `measured.csv`, increased when a key or column changes."""
+"""Format version of `measured.csv`, increased when a column changes."""
 
 
 @dataclass(frozen=True)

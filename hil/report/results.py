@@ -1,17 +1,12 @@
 """Result folder of a validation: recordings, checks, measured values, report."""
 
 import dataclasses
-import math
 from pathlib import Path
 
 from aero.channels import Channel
 from aero.whole_file import write_whole
-from hil.checks import EXPERIMENTS
-from hil.checks.shared.declaration import Metric
-from hil.checks.shared.experiment import reading
 from hil.recordings.output import json_text
-from hil.report.beside_paper import compared, length_unit
-from hil.report.measured import FORMAT, measured_csv
+from hil.report.measured import measured_csv
 from hil.report.page import render_report
 from hil.verdict import baseline
 from hil.verdict.case_file import HandOfCase, StoredCase, write_case
@@ -19,15 +14,13 @@ from hil.verdict.judged_run import Validation
 
 
 def write_figures(validation: Validation, out: Path) -> None:
-    """Write `checks.json`, `measured.csv` and, if a metric of the paper was measured, `metrics.json`.
+    """Write `checks.json` and `measured.csv`.
 
     Raises:
         OSError: the folder cannot be written.
     """
     write_whole(out / "checks.json", json_text(checks_json(validation)))
     write_whole(out / "measured.csv", measured_csv(validation.judged))
-    if (metrics := metrics_json(validation)) is not None:
-        write_whole(out / "metrics.json", json_text(metrics))
 
 
 def write_results(validation: Validation, out: Path) -> None:
@@ -56,41 +49,6 @@ def write_case_of(validation: Validation, out: Path, hand: HandOfCase | None = N
     if (case := validation.diagnosis.case) is not None and (header := validation.header) is not None:
         date = header.started[:16].replace("T", " ")
         write_case(out, StoredCase(case, hand or HandOfCase.of(header), date=date))
-
-
-def metrics_json(validation: Validation) -> dict[str, object] | None:
-    """Return the content of `metrics.json`, our values of the paper's table, or None if none was measured.
-
-    A value that is withheld or not measurable is null.
-    """
-    result = compared(validation)
-    if result is None:
-        return None
-    header = result.recording.header
-    columns = EXPERIMENTS[header.experiment].columns
-    return {
-        "format": FORMAT,
-        "target": header.target,
-        "firmware": header.firmware,
-        "side": header.side,
-        "seed": header.seed,
-        "hand_seconds": float(result.recording["codes"].times[-1]),
-        "wall_seconds": validation.wall_seconds,
-        "channels": {
-            channel.label: {"unit": length_unit(channel)}
-            | {
-                metric.name: _published(metric, reading(result.measured, channel.label, metric.name))
-                for metric in columns
-            }
-            for channel in Channel
-        },
-    }
-
-
-def _published(metric: Metric, value: float | None) -> float | None:
-    if value is None or not math.isfinite(value):
-        return None
-    return int(value) if metric.column is not None and metric.column.count else value
 
 
 def checks_json(validation: Validation) -> dict[str, object]:

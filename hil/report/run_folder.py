@@ -9,7 +9,7 @@ from hil.verdict.case_file import CASE, STEP, read_case
 
 JUDGED_NAMES = (*EXPERIMENTS, WHOLE_RUN.name)
 CASE_PAGE = "case.html"
-DATA = frozenset({CASE, "checks.json", "measured.csv", "metrics.json", *(f"{name}.mcap" for name in JUDGED_NAMES)})
+DATA = frozenset({CASE, "checks.json", "measured.csv", *(f"{name}.mcap" for name in JUDGED_NAMES)})
 """Files that cannot be computed again from others."""
 DERIVED = frozenset({CASE_PAGE, "report.html", *(f"{name}-foxglove.mcap" for name in JUDGED_NAMES)})
 

@@ -154,7 +154,6 @@ class Column:
     place: int
     title: str
     digits: int
-    count: bool = False
     swept: bool = False
     """Whether the thumb is swept alone here, and goes to a fist in the paper."""
 

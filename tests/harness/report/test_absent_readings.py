@@ -12,7 +12,7 @@ from hil.checks import JUDGED
 from hil.recordings.output import json_text
 from hil.report.beside_paper import compared, table, text_rows
 from hil.report.page import render_report
-from hil.report.results import checks_json, metrics_json
+from hil.report.results import checks_json
 from hil.report.text import run_text
 from hil.verdict.findings import failed
 
@@ -41,7 +41,7 @@ def with_result(validation, name, result):
 
 def numbers(validation):
     """Every table and file of a run."""
-    files = [checks_json(validation), metrics_json(validation)]
+    files = checks_json(validation)
     beside = compared(validation)
     tables = [text_rows(validation), () if beside is None else table(beside)]
     return json_text(files) + repr(tables)
@@ -86,10 +86,3 @@ def test_a_whole_subject_may_be_absent(validated):
             numbers(with_result(validated, check, replace(result, measured=left)))
         empty = with_result(empty, check, replace(result, measured={}))
     shown(empty)
-
-
-def test_the_numbers_of_a_withheld_reading_are_null(validated):
-    result = validated.results["staircase"]
-    spoiled = replace(result, measured=without(result.measured, ABSENT, {"rise_hand_ms"}))
-    content = metrics_json(with_result(validated, "staircase", spoiled))
-    assert {row["rise_hand_ms"] for row in content["channels"].values()} == {None}
