@@ -9,7 +9,7 @@ import hil
 from aero.policy.running import RunSettings
 from aero.policy.shipped import DEFAULT, find_policy
 from figures.inputs import ROOT
-from figures.picture import write_report
+from figures.picture import write_report, write_view
 from figures.results import Rows, Shipped
 from figures.sample_text import numbers, rows_of
 from hil.cli.export import export_command
@@ -67,6 +67,5 @@ SHIPPED = {
     "routed_hand": Shipped(
         ("docs/routed_hand.png",), (), routed_picture, lambda: write_picture(build_routed(), DOCS / "routed_hand.png")
     ),
-    # `aero-hil validate --view --only presence --only audit --only excursion`, photographed in a browser.
-    "view": Shipped(("docs/view.png",), ("hil.view.scene",), view),
+    "view": Shipped(("docs/view.png",), ("hil.view.scene",), view, write_view),
 }

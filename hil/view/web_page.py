@@ -5,6 +5,7 @@ from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable
 from contextlib import redirect_stdout
+from dataclasses import replace
 from io import StringIO
 from typing import Literal
 
@@ -33,6 +34,8 @@ ANGLE_COLOURS = {"commanded": "#8c3cc8", "measured": "#333355"}
 CHANNEL_COLOURS = ("#2266aa", "#cc3333", "#339933", "#bb6600", "#883388", "#008888", "#555555")
 PANEL_PX, PLOT_PX = 500, 180
 AXIS_PX = 60
+PLOT_PADDING = (12, 10, 0, 0)
+"""Room above and right of a plot, px, for half a number of its axis."""
 """Width of an axis with labels up to "-100.0"."""
 
 Mode = Literal["Play", "Pause", "Live"]
@@ -56,6 +59,7 @@ class Page:
         self._notes: list[Note] = []
         self._verdicts: Verdicts | None = None
         self._mode: Mode = "Live" if heading.live else "Play"
+        self._begun: float | None = None
         self._cursor_s = 0.0
         self._ended = False
         self._drawn: ViewFrame | None = None
@@ -78,10 +82,11 @@ class Page:
     def show(self, message: Message) -> None:
         """Process a message; frames must arrive in order of time."""
         match message:
-            case ViewFrame():
-                self._frames.append(message)
-            case Note():
-                self._notes.append(message)
+            case ViewFrame() | Note():
+                # A hand on a port has the clock of this machine, which counts from its start.
+                self._begun = message.t if self._begun is None else self._begun
+                since = replace(message, t=message.t - self._begun) if self._heading.live else message
+                self._frames.append(since) if isinstance(since, ViewFrame) else self._notes.append(since)
             case Verdicts():
                 self._verdicts = message
             case ViewEnd():
@@ -135,19 +140,30 @@ class Page:
             self._controls = Controls(gui, self._heading.faults, self._on_words)
         with gui.add_folder("Plots"):
             self._channel = gui.add_dropdown("Channel", [channel.label for channel in Channel])
-            self._angles = self._plot("Shaft angle, °", ANGLE_COLOURS)
+            self._angles = self._plot("Shaft angle, °", ANGLE_COLOURS, self._travel)
             lines = {panel.title(channel): CHANNEL_COLOURS[channel] for channel in Channel}
-            self._currents = self._plot("Currents, A", lines)
+            self._currents = self._plot("Currents, A", lines, {})
+        self._channel.on_update(self._chosen)
         self._time.on_update(self._moved)
         self._buttons.on_click(self._pressed)
 
-    def _plot(self, title: str, lines: dict[str, str]) -> viser.GuiUplotHandle:
-        """Add a plot over hand time; `lines` maps names to colours."""
+    def _plot(self, title: str, lines: dict[str, str], scales: dict[str, uplot.Scale]) -> viser.GuiUplotHandle:
+        """Add a plot over hand time; `lines` maps names to colours, `scales` are those of other axes than time."""
         series = [uplot.Series(label="s"), *(uplot.Series(label=n, stroke=c, width=2) for n, c in lines.items())]
         nothing = tuple(np.zeros((len(series), 1)))
-        scales = {"x": uplot.Scale(time=False)}
+        scales = {"x": uplot.Scale(time=False), **scales}
         axes = (uplot.Axis(), uplot.Axis(size=AXIS_PX))
-        return self._server.gui.add_uplot(nothing, tuple(series), scales=scales, axes=axes, title=title, height=PLOT_PX)
+        return self._server.gui.add_uplot(
+            nothing, tuple(series), scales=scales, axes=axes, title=title, height=PLOT_PX, padding=PLOT_PADDING
+        )
+
+    @property
+    def _travel(self) -> dict[str, uplot.Scale]:
+        """Scale of the shaft angle: the travel of the chosen channel, because NaN and a hand at rest span none."""
+        channel = next(channel for channel in Channel if channel.label == self._channel.value)
+        low, high = np.rad2deg(panel.EXCURSION_RAD[channel])
+        room = 0.1 * (high - low)
+        return {"y": uplot.Scale(range=(float(low - room), float(high + room)))}
 
     def _tell(self, frame: ViewFrame) -> None:
         """Update tables, controls and plots if any of their inputs changed."""
@@ -173,6 +189,9 @@ class Page:
         channel = next(channel for channel in Channel if channel.label == self._channel.value)
         self._angles.data = (times, *np.rad2deg([[one.commanded[channel], one.measured[channel]] for one in plotted]).T)
         self._currents.data = (times, *np.array([one.currents for one in plotted]).T)
+
+    def _chosen(self, _event: object) -> None:
+        self._angles.scales = {**(self._angles.scales or {}), **self._travel}
 
     def _moved(self, event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client is not None:  # moved by a user, not by the page itself

@@ -270,3 +270,18 @@ def test_only_a_page_that_may_do_something_has_a_line_for_it():
     finally:
         looked_at.close()
         worked_on.close()
+
+
+def test_a_live_page_counts_from_its_first_reading_and_shows_a_hand_at_rest_on_its_travel():
+    """A hand on a port has the clock of this machine, which says its hours; NaN and a flat line spanned no axis."""
+    page = Page(Heading("A hand", "right", live=True))
+    try:
+        for t in (68602.0, 68602.5):
+            page.show(ViewFrame(t, np.zeros(16)))
+        page.show(Note(68602.25, "closed"))
+        assert [frame.t for frame in page._frames] == [0.0, 0.5]
+        assert page._notes[0].t == 0.25
+        low, high = page._angles.scales["y"]["range"]
+        assert low < 0.0 < high
+    finally:
+        page.close()
