@@ -3,7 +3,7 @@
 Repeats the cycles of `response`. Records `codes` and `command_codes`.
 """
 
-from hil.checks.response.check import open_and_close, open_close_rate
+from hil.checks.response.check import open_and_close, open_close_rate, open_first
 from hil.checks.shared.experiment import Measured
 from hil.recordings.recorder import Progress, Recorder
 from hil.recordings.recording import Recording
@@ -14,8 +14,9 @@ FURTHEST = (1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def run(target: Target, recorder: Recorder, progress: Progress) -> None:
-    """Open and close all four fingers at full speed."""
+    """Open the hand, then close and open all four fingers at full speed."""
     recorder.begin({})
+    open_first(target, recorder)
     open_and_close(target, recorder, progress)
 
 

@@ -60,6 +60,14 @@ def run(target: Target, recorder: Recorder, progress: Progress) -> None:
     open_and_close(target, recorder, lambda part, doing: progress((NUDGES + 2 * CYCLES * part) / total, doing))
 
 
+def open_first(target: Target, recorder: Recorder) -> None:
+    """Open the hand, which is in another posture after other experiments, so that the first cycle is a whole one."""
+    _command(target, recorder, 0.0, fingers=())
+    until = target.clock.now() + CYCLE_LIMIT_S / 2
+    while target.clock.now() < until:
+        _read(target, recorder)
+
+
 def open_and_close(target: Target, recorder: Recorder, progress: Progress) -> None:
     """Close and open all fingers `CYCLES` times at full speed, each way until they have arrived."""
     recorder.note_parameters(cycles_from_s=target.clock.now() - recorder.start)
