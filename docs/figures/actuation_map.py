@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass
 from functools import cache
 
@@ -44,10 +43,6 @@ WINDOWS = (
     ("0.2.0, restarted", "0.2.0", "mixed", "any other restart after homing"),
 )
 """Name of the row, firmware, state, and what leads to it."""
-SDK_DEG = [[0.0, 288.1603]] * 4 + [[0.0, 100.0], [0.0, 104.1250], [-15.2789, 247.1500]]
-"""Excursions that aero-open-sdk 0.1.0.dev1 commands."""
-THUMB_RANGES = ((0.0, math.radians(100.0)), (0.026941, 0.0382787), (0.0839985, 0.110133))
-"""Of abduction (rad) and of the two thumb cables' sensors in the simulator (m; aero-hand-open 7084ad3)."""
 PAPER_MM = {"CMC cable by CMC": 12.64, "flexor by MCP and IP together": 18.25}
 """The paper's effective radii of its simulator."""
 
