@@ -3,7 +3,7 @@
 from contextlib import suppress
 
 import pytest
-from figures.strangers import drawn_physics
+from figures.strangers import FIVE, drawn_physics
 from figures.strangers.physics import PARAMETERS
 from hypothesis import given
 from hypothesis import strategies as st
@@ -42,7 +42,7 @@ def test_every_parameter_is_drawn():
     assert {fault.fault.words for fault in one_of_each()} == {one.words for one in PARAMETERS}
 
 
-@pytest.mark.parametrize("fault", one_of_each(), ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", [*one_of_each(), *FIVE], ids=lambda fault: fault.name)
 def test_a_fault_is_gone_with_its_part(fault):
     with open_target(seed=3) as target:
         target.inject(fault)
