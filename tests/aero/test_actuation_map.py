@@ -24,7 +24,6 @@ WORKSPACE = np.array(
         [0.0839985, 0.110133],
     ]
 )
-COMPACT_HIGH = np.deg2rad([90.0, 90.0, 90.0, 90.0, 100.0, 55.0, 90.0])
 UNIT = arrays(np.float64, (5, 7), elements=st.floats(0.0, 1.0))
 
 

@@ -188,9 +188,6 @@ def test_a_forked_copy_ends_nothing():
     assert process.end(30.0, last_words="") == 0
 
 
-DELIVERED = {"stdout": "on_line", "stderr": "on_error"}
-
-
 def cost_of(stream, line):
     """Return the CPU time of receiving 10 MB on a stream, s, and the lengths of the lines that were delivered."""
     lengths, before = [], process_time()

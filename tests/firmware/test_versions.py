@@ -7,7 +7,6 @@ from firmware_emulator.compare.sessions import MAKERS, sessions
 from tests.firmware.conftest import sources
 
 SEED = 11
-SLOW_HOMING = {"pre", "0.1.0", "0.1.1"}
 QUICK = [("0.2.0", "right"), ("0.1.1", "left")]
 """What a run of three minutes can afford."""
 SHORT = [name for name in MAKERS if name not in {"homing", "boot", "set_id"}]
