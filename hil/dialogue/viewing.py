@@ -3,15 +3,24 @@
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from aero.child_process import ChildError
 from hil.dialogue.asker import Asker
-from hil.dialogue.page_asker import PageAsker
 from hil.dialogue.printing import echo
 from hil.targets.hand_spec import PortSpec
 from hil.view.feed import Feed, Observer
 from hil.view.frame import FaultOffered, Heading
+
+
+@runtime_checkable
+class AsksOnPage(Protocol):
+    """Asker that also uses a page; a protocol, because that class loads the terminal's library."""
+
+    page: Observer
+
+    def hear(self, words: str, /) -> object:
+        """Take an input of the user on the page."""
 
 
 @contextmanager
@@ -69,7 +78,7 @@ def viewing(
 @contextmanager
 def asking(asker: Asker, hand: PortSpec, title: str = "") -> Iterator[Observer]:
     """Serve a page with questions during the block if the asker uses one; yield its observer."""
-    on_page = asker if isinstance(asker, PageAsker) else None
+    on_page = asker if isinstance(asker, AsksOnPage) else None
     words = None if on_page is None else on_page.hear
     with viewing(on_page is not None, hand, asks=True, on_words=words, title=title) as page:
         if on_page is not None:

@@ -9,15 +9,6 @@ from hil.report.plots import Band, Plot
 from hil.verdict.judged_run import Validation
 from hil.verdict.limits import load_limits
 
-DRAWN = {
-    "pull": "current",
-    "stop_current": "current",
-    "holding_current": "current",
-    "temperature": "temperature",
-    "closed_percent": "position",
-}
-"""Metric to its plot row. Means, slopes, times and shares are no samples of a row, and have no band."""
-
 
 def banded(plot: Plot, validation: Validation) -> Plot:
     """Return a plot with the limit bands of its experiment."""
@@ -26,11 +17,13 @@ def banded(plot: Plot, validation: Validation) -> Plot:
         return plot
     limits = load_limits(header.firmware, guarded=bool(header.safety))
     bands = (
-        Band(row, CHANNELS.index(subject), _finite(one.at_least), _finite(one.at_most), metric.words)
+        Band(metric.plotted, CHANNELS.index(subject), _finite(one.at_least), _finite(one.at_most), metric.words)
         for one in limits
-        if one.experiment == plot.experiment and (row := DRAWN.get(one.metric)) in plot.rows
+        if one.experiment == plot.experiment
         for subject in one.subjects
-        if subject in CHANNELS and (metric := metric_of(one.experiment, one.metric, subject)) is not None
+        if subject in CHANNELS
+        and (metric := metric_of(one.experiment, one.metric, subject)) is not None
+        and metric.plotted in plot.rows
     )
     return replace(plot, bands=tuple(bands))
 

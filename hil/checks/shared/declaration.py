@@ -194,6 +194,8 @@ class Metric:
     trend: int = 0
     """Column of the history page, from 1; 0 for the list of further readings."""
     column: Column | None = None
+    plotted: str = ""
+    """Row of the plots over time whose samples are the number; empty for means, slopes, times and shares."""
     paper: Mapping[str, float] = field(default_factory=dict)
     """Number of the paper by subject."""
     differs: str = ""

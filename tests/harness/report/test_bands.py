@@ -7,7 +7,7 @@ import pytest
 import hil
 from hil.checks import metric_of
 from hil.checks.shared.subjects import CHANNELS
-from hil.report.bands import DRAWN, banded
+from hil.report.bands import banded
 from hil.report.page import render_report
 from hil.report.plots import whole
 from hil.verdict.validation import validate
@@ -25,10 +25,9 @@ def test_a_failed_reading_is_outside_its_band_and_a_passed_one_inside(broken):
         for row, channel, low, high, words in banded(whole(result.recording, ()), broken).bands:
             [metric] = [
                 metric
-                for metric in DRAWN
-                if DRAWN[metric] == row
-                and (known := metric_of(name, metric, CHANNELS[channel])) is not None
-                and known.words == words
+                for metric in result.measured[CHANNELS[channel]]
+                if (known := metric_of(name, metric, CHANNELS[channel])) is not None
+                and (known.plotted, known.words) == (row, words)
             ]
             value = result.measured[CHANNELS[channel]][metric]
             [finding] = [f for f in result.findings if (f.check, f.subject) == (metric, CHANNELS[channel])]
