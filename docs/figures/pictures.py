@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -12,8 +14,6 @@ from figures.inputs import ROOT
 from figures.picture import write_report, write_view
 from figures.results import Rows, Shipped
 from figures.sample_text import numbers, rows_of
-from hil.cli.export import export_command
-from hil.cli.run_policy import run_policy
 from hil.emulated.emulated_spec import EmulatedSpec
 from hil.verdict.sentences import channel_sentences
 from hil.verdict.validation import validate
@@ -57,8 +57,12 @@ def make_film() -> None:
     """Run the policy for 8 s and film it; needs OpenGL."""
     with TemporaryDirectory() as folder:
         recorded, film = str(Path(folder) / "turning.mcap"), str(DOCS / "turning.webp")
-        run_policy(["--unit", "reference", "--seconds", "8", "--record", recorded], standalone_mode=False)
-        export_command([recorded, "--out", film], standalone_mode=False)
+        # each a process, because a command ends its process
+        for command in (
+            ["run-policy", "--unit", "reference", "--seconds", "8", "--record", recorded],
+            ["export", recorded, "--out", film],
+        ):
+            subprocess.run([sys.executable, "-m", "hil.cli", *command], check=True)
 
 
 SHIPPED = {
