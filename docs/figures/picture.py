@@ -41,7 +41,7 @@ def _browser() -> str:
 
 def write_view() -> None:
     """Validate a hand with `--view`, and photograph its page when the hand is a fist."""
-    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - of the environment `browser`
+    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - tests and samples have none
 
     width, height = VIEW_PX
     flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
