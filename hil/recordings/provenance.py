@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 LIBRARIES = ("aero-hil", "numpy", "mujoco", "pyserial")
+COMMIT_FILE = Path(__file__).with_name("commit.txt")
+"""Commit file of a wheel, written at build time because a wheel has no Git history."""
 OPERATOR = "AERO_OPERATOR"
 """Environment variable for the operator's name, if other than the login name."""
 
@@ -66,7 +68,9 @@ def _version(name: str) -> str:
 
 @cache
 def source_commit() -> str:
-    """Return the commit of this source tree, with `+changes` for an edited tree; empty outside a checkout."""
+    """Return the commit of this source tree, with `+changes` for an edited tree; empty if unknown."""
+    if COMMIT_FILE.exists():
+        return COMMIT_FILE.read_text(encoding="utf-8").strip()
     root = Path(__file__).parents[2]
     if not (root / ".git").exists():
         return ""
