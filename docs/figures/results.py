@@ -53,8 +53,8 @@ class Stored:
 
     @property
     def stale(self) -> list[str]:
-        """Files whose meaning has changed since the last sample."""
-        return changed(self.outputs) + changed(self.inputs)
+        """Files whose meaning has changed since the last sample; outputs of what is known to differ do not count."""
+        return changed(self.inputs) + ([] if self.differs else changed(self.outputs))
 
 
 def names() -> list[str]:
