@@ -14,10 +14,11 @@ from aero.floats import Floats
 HOT_C = 60.0
 """Least temperature that is waited for, °C. Recordings of healthy hands in use reach 58."""
 COOLED_C = 52.0
-"""Temperature that ends the wait, °C."""
+"""Temperature that ends the wait, °C (assumption): 13 K, a few minutes of motion, below the guard's limit."""
 LONGEST_S = 60.0
-"""Longest wait, s; a servo that stays hot is a finding."""
+"""Longest wait, s, four time constants of a motor; a servo that stays hot is a finding."""
 POLL_S = 1.0
+"""Period of the readings, s."""
 
 
 def let_cool(

@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 
 from aero.channels import Channel
 from aero.errors import LinkTimeoutError
-from aero.safety import SafetyStopError
-from aero.safety.cooling import let_cool
+from aero.safety import SafetyStopError, Thresholds
+from aero.safety.cooling import HOT_C, let_cool
 from firmware_emulator.kernel import Kernel, VirtualClock
 from hil.emulated.any_hand import open_target
+from hil.verdict.limits import load_limits
 
 
 @given(st.lists(st.floats(20.0, 90.0), min_size=7, max_size=7), st.floats(20.0, 60.0), st.floats(1.0, 300.0))
@@ -25,6 +26,13 @@ def test_only_a_hot_hand_is_waited_for_until_it_is_cool_or_a_minute_has_passed(s
     if said:
         assert temperatures().max() <= 52.0 or clock.now() == 60.0
     assert all(0.0 <= share < 1.0 for share, _ in said)
+
+
+def test_what_is_waited_for_is_judged_as_hot_and_stops_no_guarded_hand():
+    [judged] = [
+        one.at_most for one in load_limits("0.2.0") if (one.experiment, one.metric) == ("presence", "temperature")
+    ]
+    assert HOT_C == judged < Thresholds().temperature_c
 
 
 def test_temperatures_that_do_not_arrive_end_the_wait():

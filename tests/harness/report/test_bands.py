@@ -5,11 +5,11 @@ import json
 import pytest
 
 import hil
-from hil.checks import metric_of
+from hil.checks import JUDGED, metric_of
 from hil.checks.shared.subjects import CHANNELS
 from hil.report.bands import banded
 from hil.report.page import render_report
-from hil.report.plots import whole
+from hil.report.plots import ROWS, whole
 from hil.verdict.validation import validate
 
 
@@ -41,3 +41,9 @@ def test_the_page_draws_bands_as_json_and_names_their_reading(broken):
     assert "Green: permitted end stop position, current at the end stop." in page
     plot = banded(whole(broken.results["excursion"].recording, ()), broken)
     assert json.loads(plot.json, parse_constant=pytest.fail)["bands"]
+
+
+def test_each_declared_row_is_one_of_the_plots():
+    declared = {metric.plotted for one in JUDGED.values() for metric in one.metrics} - {""}
+    assert declared <= set(ROWS)
+    assert declared == {"current", "position", "temperature"}
