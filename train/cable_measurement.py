@@ -23,6 +23,7 @@ from hil.emulated.emulated_spec import EmulatedSpec
 from model.units.cable_correction import correction
 from model.units.conditions import Conditions
 from model.units.plausible import plausible_unit
+from simulator.scene import CUBE
 from train.workers import usable_cores, worker_processes
 
 SEEDS = range(720_000, 720_080)
@@ -49,9 +50,10 @@ def wrong_cables(seed: int, most_m: float = WRONG_M) -> Conditions:
 
 
 def example(seed: int, settings: PolicySettings) -> Example:
-    """Measure the hand `plausible:SEED` with wrong cables."""
+    """Measure the hand `plausible:SEED` with wrong cables; its digits meet each other and the palm."""
     wrong = wrong_cables(seed)
-    spec = EmulatedSpec(unit=f"plausible:{seed}", seed=seed, guarded=True, conditions=wrong)
+    # A hand without a cube is emulated without contacts of its digits.
+    spec = EmulatedSpec(unit=f"plausible:{seed}", seed=seed, guarded=True, conditions=wrong, cube=CUBE)
     with open_emulated(spec) as opened:
         assert opened.guard is not None
         opened.guard.limit_torques(TORQUE_SHARE)

@@ -4,11 +4,14 @@ Each cable is wound slowly until taut, then each digit is driven into its closed
 freely until the springs load it: the servo's position error steps up at a travel that is the slack. A short cable is
 taut from the start, and its digit meets its stop early. The hand must be free, because the motion closes it.
 
+The joints of the thumb close one after the other, its tip with the thumb opposed: both together press the tip into the
+palm, which stops CMC flexion up to 3 mm before its own stop.
+
 The corrections follow from these travels by lines fitted to healthy hands (`train/cable_measurement.py`).
 """
 
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
@@ -28,12 +31,12 @@ from aero.protocol import MAX_CODE
 MEASURED = "measured"
 """Name of the correction that is measured at the start of a run."""
 LINES_FILE = "cable_measurement.toml"
-MEASURING_S = 4.5
+MEASURING_S = 4.95
 """Duration of the motion, s."""
 PERIOD_S = 0.02
 SLOW_M = 6.2e-3
 """Travel of the slow winding, m: the slack of a cable 3 mm longer than any healthy one."""
-REACH = dict.fromkeys(FINGERS, 1.0) | {Channel.THUMB_CMC_FLEXION: 0.85, Channel.THUMB_FLEXOR: 0.95}
+REACH = dict.fromkeys(FINGERS, 1.0) | {Channel.THUMB_CMC_FLEXION: 0.92, Channel.THUMB_FLEXOR: 0.95}
 """Commands that drive digits into their closed stops, fraction of the window."""
 TORQUE_SHARE = 0.5
 """Limit of the torque at the stops, fraction of the stall torque; at 0.3 stiff springs hold a finger off its stop."""
@@ -152,14 +155,19 @@ def measure(
 def corners(stroke: Floats, *, to_stops: bool) -> tuple[Floats, Floats]:
     """Return times (k,), s, and travels (k, 7), m, of the corners of the motion, for windows of `stroke` (7,), m."""
     channels = list(Channel)
-    reach = stroke * [REACH.get(channel, 0.0) for channel in channels]
-    fingers = reach * np.isin(channels, FINGERS)
+
+    def closed(digits: Collection[Channel]) -> Floats:
+        return stroke * [REACH[channel] if channel in digits else 0.0 for channel in channels]
+
     slow, still = np.where(np.isin(channels, CABLES), SLOW_M, 0.0), np.zeros(len(channels))
     moves = [(0.0, still), (1.4, slow)]
     if to_stops:
+        opposed = stroke * np.isin(channels, [Channel.THUMB_ABDUCTION])
+        fingers, tip = closed(FINGERS), opposed + closed([Channel.THUMB_FLEXOR])
+        base = closed([Channel.THUMB_CMC_FLEXION])
         # The thumb waits for the open fingers, which it could meet.
-        moves += [(0.8, fingers), (0.2, fingers), (0.6, still), (0.7, reach - fingers), (0.25, reach - fingers)]
-    spans, rows = zip(*moves, (0.5, still), strict=True)
+        moves += [(0.8, fingers), (0.2, fingers), (0.6, still), (0.5, base), (0.2, base), (0.6, tip), (0.2, tip)]
+    spans, rows = zip(*moves, (0.45, still), strict=True)
     return np.cumsum(spans), np.array(rows)
 
 
