@@ -9,6 +9,7 @@ from aero.channels import CABLES, FINGERS, Channel
 from aero.policy.cables import (
     MEASURING_S,
     PERIOD_S,
+    SLOW_M,
     SURE_M,
     Samples,
     Seen,
@@ -63,11 +64,14 @@ def test_a_hand_without_torque_limits_is_not_driven_into_its_stops():
     assert [cables[one].correction for one in CABLES] == [typical_correction()[one] for one in CABLES]
 
 
-def test_the_motion_lasts_as_long_as_it_says_and_moves_no_thumb_against_closed_fingers():
+def test_the_motion_lasts_as_long_as_it_says_and_presses_no_digit_into_another_or_the_palm():
     times, travels = corners(STROKE_M, to_stops=True)
-    assert times[-1] == pytest.approx(MEASURING_S, abs=0.1)
-    fingers, thumb = travels[:, :4].max(axis=1), travels[:, 5:].max(axis=1)
-    assert not ((fingers > 0.01) & (thumb > 0.01)).any()
+    assert times[-1] == pytest.approx(MEASURING_S, abs=0.01)
+    fingers, base, tip = travels[:, :4].max(axis=1), *travels[:, 5:].T
+    closed = np.stack([fingers > SLOW_M, base > SLOW_M, tip > SLOW_M])
+    assert closed.any(axis=1).all()
+    assert (closed.sum(axis=0) <= 1).all()
+    assert (travels[closed[2], Channel.THUMB_ABDUCTION] == STROKE_M[Channel.THUMB_ABDUCTION]).all()
     assert not travels[-1].any()
 
 
