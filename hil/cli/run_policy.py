@@ -78,7 +78,7 @@ def run_policy(
     POLICY is `steady` (shipped, the default), a policy file, an ONNX file, or package.module:factory in Python. A TOML
     file beside the last two declares observation and action; see "Run your policy" in the documentation.
 
-    The measurement takes 4.5 s and closes the hand to its stops: give it the object only when asked.
+    The measurement takes 5 s and closes the hand to its stops: give it the object only when asked.
 
     Every hand is guarded, even an emulated one, and finally opened. An emulated hand in this process gets the paper's
     cube.
