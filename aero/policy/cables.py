@@ -36,7 +36,7 @@ MEASURING_S = 4.95
 PERIOD_S = 0.02
 SLOW_M = 6.2e-3
 """Travel of the slow winding, m: the slack of a cable 3 mm longer than any healthy one."""
-REACH = dict.fromkeys(FINGERS, 1.0) | {Channel.THUMB_CMC_FLEXION: 0.92, Channel.THUMB_FLEXOR: 0.95}
+REACH = dict.fromkeys(CABLES, 1.0) | {Channel.THUMB_FLEXOR: 0.95}
 """Commands that drive digits into their closed stops, fraction of the window."""
 TORQUE_SHARE = 0.5
 """Limit of the torque at the stops, fraction of the stall torque; at 0.3 stiff springs hold a finger off its stop."""
