@@ -66,12 +66,9 @@ PADS = (
 PAD_STREAM = 1
 TAKE_UP_M = (-2.5e-4, 0.0, 2.3e-3)
 """Lowest, median and highest cable take-up of a finger, m. Half of the fingers are taut, as on the recorded hand; the
-others are within one tooth of the servo's 25-tooth spline, 14.4°. The flexor cable varies equally around the recorded
-thumb's value, the CMC cable around `CMC_TAKE_UP_M`. The 7.6 mm measured by one owner on an index finger count as a
-fault, because turning the spool by three teeth would remove them."""
-CMC_TAKE_UP_M = -5.25e-3
-"""Centre of the take-up of the CMC cable, m: the range around it contains both zeros of the recorded hand, -5.2 and
--3.4 mm (docs/calibration.md)."""
+others are within one tooth of the servo's 25-tooth spline, 14.4°. The thumb's CMC and flexor cables vary equally around
+the recorded thumb's values. The 7.6 mm measured by one owner on an index finger count as a fault, because turning the
+spool by three teeth would remove them."""
 ACCELERATION_UNIT_COUNTS = (64.0, 100.0)
 """Range of the unit of the acceleration register, counts/s²: from the paper's rise times to the vendor's value."""
 CMC_STOP_RAD = (0.88, 0.97)
@@ -128,8 +125,7 @@ def plausible_unit(seed: int) -> Unit:
     take_up = np.array(mechanics["cable_take_up"])
     lengths = np.interp(draw.uniform(0.0, 1.0, len(CABLES)), (0.0, 0.5, 1.0), TAKE_UP_M)
     take_up[list(FINGERS)] = lengths[:4]
-    take_up[Channel.THUMB_CMC_FLEXION] = CMC_TAKE_UP_M + lengths[4]
-    take_up[Channel.THUMB_FLEXOR] += lengths[5]
+    take_up[[Channel.THUMB_CMC_FLEXION, Channel.THUMB_FLEXOR]] += lengths[4:]
     mechanics["cable_take_up"] = tuple(take_up.tolist())
     stops = np.array(mechanics["closed_stop"])
     stops[Joint.THUMB_CMC] = draw.uniform(*CMC_STOP_RAD)
