@@ -328,7 +328,6 @@ ENDURE = replace(
 
 Half of the episodes begin within a running one. The price of a drop cannot fall below 150: the target of 0.03 % a
 second is below what exploration reaches, since ten minutes at 95 % need 0.0085 %.
-The shipped policy has not seen this stage.
 """
 
 
@@ -346,10 +345,10 @@ STEADY = Recipe(
     stuck_steps=800_000,
     stuck_rate_rad_s=0.15,
 )
-"""Recipe of the shipped policy, in three stages (docs/training.md).
+"""Recipe of the shipped policy, in four stages (docs/training.md).
 
 Find a gait with the paper's cube on built hands with similar springs; extend it to all springs and cubes; reduce drops
-and speed up slow hands.
+and speed up slow hands; hold the cube for minutes on hands whose cables were measured.
 """
 
 RECIPES = {recipe.name: recipe for recipe in (STEADY, PAPER)}
