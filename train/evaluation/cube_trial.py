@@ -53,6 +53,7 @@ def run_trial(
     settings: RunSettings | None = None,
     *,
     measured: bool = False,
+    placed: bool = True,
     on_step: Callable[[Step], None] = lambda _: None,
 ) -> CubeTrial:
     """Run `policy` once from the nominal grasp with the cube placed in the hand.
@@ -62,6 +63,7 @@ def run_trial(
         spec: emulated hand with a cube.
         settings: settings of the control loop; None for the policy's own and 15 s.
         measured: True to replace the correction in `settings` by one measured before, as `run-policy` does.
+        placed: False to leave the hand empty.
         on_step: called after every control period.
     """
     settings = settings or RunSettings()
@@ -91,7 +93,7 @@ def run_trial(
             truth.electronics.clock,  # the guard polls at each exchange, as for the figures in docs
             opened.map,
             settings=settings,
-            on_ready=watch.place,
+            on_ready=watch.place if placed else lambda: None,
             on_step=follow,
         )
     held_s = len(goals) * (settings.settings or policy.settings).period_s
