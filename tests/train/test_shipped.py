@@ -95,7 +95,7 @@ def test_it_turns_a_cube_on_the_hand_it_is_made_for(unit, side, cube):
     settings = RunSettings(seconds=SECONDS, correction=tuple(correction(hand, policy.settings).tolist()))
     trial = run_trial(policy, EmulatedSpec(unit=unit, side=side, guarded=True, cube=cube), settings)
     assert trial.kept
-    assert trial.rate_rad_s > 0.15  # on silicone pads: 0.41 rad/s on average of ten hands, seed 770000
+    assert trial.rate_rad_s > 0.4  # on silicone pads: 0.62 rad/s on average of 60 hands, seed 992000
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
