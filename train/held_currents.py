@@ -4,7 +4,7 @@ Prints the swing of CMC flexion's current over windows of the shipped policy, wi
 windows above the threshold in force. Run it after each change of the policy.
 """
 
-from itertools import product
+from functools import partial
 
 import numpy as np
 
@@ -39,24 +39,16 @@ def swings_a(seed: int, *, empty: bool) -> Floats:
     return swings
 
 
-def _swings(case: tuple[int, bool]) -> Floats:
-    return swings_a(case[0], empty=case[1])
-
-
-def measured() -> dict[bool, Floats]:
-    """Return the swings of all windows, A, of hands that are empty (True) and that hold a cube (False)."""
-    cases = list(product(range(SEED, SEED + HANDS), (True, False)))
+def measured(*, empty: bool) -> Floats:
+    """Return the swings of all windows of `HANDS` hands, A."""
     with worker_processes(usable_cores()) as workers:
-        found = list(workers.map(_swings, cases))
-    return {
-        kind: np.concatenate([one for one, (_, empty) in zip(found, cases, strict=True) if empty is kind])
-        for kind in (True, False)
-    }
+        return np.concatenate(list(workers.map(partial(swings_a, empty=empty), range(SEED, SEED + HANDS))))
 
 
 if __name__ == "__main__":
-    for empty, swings in measured().items():
+    for name, empty in (("empty", True), ("with a cube", False)):
+        swings = measured(empty=empty)
         print(
-            f"{'empty' if empty else 'with a cube'}: {len(swings)} windows, largest {swings.max():.2f} A, "
+            f"{name}: {len(swings)} windows, largest {swings.max():.2f} A, "
             f"{np.mean(swings > HELD_A):.0%} above {HELD_A} A"
         )
